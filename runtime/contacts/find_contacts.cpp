@@ -182,7 +182,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
     if (!(found.way > 0)) return traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
     options.contact_distance -= found.way;
     // The ways of bodies that move together may have any direction.
-    const RelativeMotion motion = found.is_joint ? RelativeMotion{{found.way, 0, 0}, {}} : motion_of(pair, found);
+    const RelativeMotion motion = found.is_joint ? RelativeMotion{{found.way, 0, 0}, {}, false} : motion_of(pair, found);
     return traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
   }();
   if (status != Status::ok) return status;

@@ -26,8 +26,9 @@ Status find_hits_of(std::span<const std::uint32_t> points, const PointshellView&
 
 /// A motion of the shell relative to the field: a place p moves by shift + turn x p. The field's frame.
 struct RelativeMotion {
-  Vec3 shift;  ///< [m]
-  Vec3 turn;   ///< [rad]
+  Vec3 shift;               ///< [m]
+  Vec3 turn;                ///< [rad]
+  bool is_directed = true;  ///< false: as far as this, but in any direction
 };
 inline Vec3 way_at(const RelativeMotion& motion, Vec3 place) noexcept {
   return motion.shift + cross(motion.turn, place);
@@ -38,7 +39,9 @@ Status traverse_contacts(const PointshellView& shell, FieldRef field, const Pose
                          const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                          QueryResult& result) noexcept;
 /// The same, but a contact has V >= -(contact distance + way of its point): farther points do not come within the
-/// contact distance in the motion. Of the cache only the region is used; no budget and no level.
+/// contact distance in the motion. Over planes and large boxes only what the way loses in height counts
+/// (docs/internals/bounds.md, "Heights over a plane or a box"). Of the cache only the region is used; no budget and no
+/// level.
 Status traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                       const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
                       std::span<Contact> out, QueryResult& result) noexcept;

@@ -189,9 +189,12 @@ void use_region(const VoxelmapView& map, TraverseQuery& query, ContactCache& cac
 }
 
 // Calls run(query) with a query of a field in kernel form, unless the bodies are apart.
+// @param takes_faces  only two faces of a box may count. A resting pair asks for a few points: to choose costs more
+//                     there than it saves
 template <class Run>
 Status query_field(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
-                   Scratch& scratch, std::span<Contact> out, QueryResult& result, const Run& run) noexcept {
+                   Scratch& scratch, std::span<Contact> out, QueryResult& result, const Run& run,
+                   bool takes_faces = false) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
     QueryOptions within = options;
@@ -206,6 +209,7 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       FieldFacts facts = facts_of<Kernel>(kind);
       facts.frame = frame;
       facts.error = error;
+      if constexpr (std::is_same_v<Kernel, detail::SolidBelow>) facts.below = kernel_field;
       if (options.cache != nullptr) facts.id = id_of(kind);
       if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) {
         return status;
@@ -218,6 +222,7 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       }
       return run(query);
     };
+    if (takes_faces) return detail::in_kernel_form(kind, shell, shell_to_field, run_kernel);
     return detail::in_kernel_form(kind, shell_to_field, run_kernel);
   });
 }
@@ -238,6 +243,16 @@ Affine ways_of(const detail::RelativeMotion& motion, const Affine& to_field, flo
     ways.rotation[6 + k] = column.z;
   }
   return ways;
+}
+
+// Where only the height counts, z of the ways becomes what it grows by.
+void make_upright(Vec3 up, detail::MovingShell& moving) noexcept {
+  const auto along = [&](float x, float y, float z) { return detail::dot(up, Vec3{x, y, z}); };
+  float* const r = moving.ways.rotation;
+  for (int k = 0; k < 3; ++k) r[6 + k] = along(r[k], r[3 + k], r[6 + k]);
+  float* const t = moving.ways.translation;
+  t[2] = along(t[0], t[1], t[2]);
+  moving.is_upright = true;
 }
 
 }  // namespace
@@ -303,13 +318,14 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
   }
   const auto run = [&](TraverseQuery& query) {
     const float unit = query.descent.unit;
-    const MovingShell moving{ways_of(motion, to_points, unit), length(motion.turn), options.contact_distance / unit};
+    MovingShell moving{ways_of(motion, to_points, unit), length(motion.turn), options.contact_distance / unit};
+    if (motion.is_directed && query.facts.below) make_upright(query.facts.below->up, moving);
     query.descent.moving = &moving;
     query.descent.hits_only = true;
     if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);
     return sum_contacts(query);
   };
-  return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run);
+  return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run, true);
 }
 
 namespace {

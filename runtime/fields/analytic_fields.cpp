@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "runtime/fields/penetration.h"
+#include "runtime/fields/place_field.h"
 
 namespace vps::detail {
 namespace {
@@ -127,6 +128,28 @@ Vec3 normal_at(const PolytopeField& solid, Vec3 p) noexcept {
   const auto nearest = std::find_if(solid.planes.begin(), solid.planes.end(),
                                     [&](const HalfSpaceField& plane) { return below(plane, p) == least; });
   return nearest != solid.planes.end() ? nearest->outward_normal : Vec3{0, 0, 1};
+}
+
+std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& shell,
+                                   const Pose& shell_to_box) noexcept {
+  constexpr float kStretch = 1 + 1e-3F;  // for rotations that check_pose accepts
+  const float radius = kStretch * sphere_radius(shell, 0);
+  const Vec3 centre = Transform(shell_to_box).apply(sphere_centre(shell, 0));
+  const Vec3 half = box.half_extents;
+  const float x = std::abs(centre.x) - half.x;
+  const float y = std::abs(centre.y) - half.y;
+  const float z = std::abs(centre.z) - half.z;
+  const float farthest = std::max({x, y, z});
+  const float second = std::max(std::min(x, y), std::min(std::max(x, y), z));
+  // V is the least distance from a face inside, and outside that from one if the other coordinates lie within.
+  const auto faces = [&](float at, float half_up, Vec3 axis) -> std::optional<FacePair> {
+    const float least = std::min(0.0F, std::max(farthest - radius, -half_up));
+    if (!(second + radius <= least)) return {};
+    return FacePair{{at < 0 ? -1.0F * axis : axis, half_up}, 2 * half_up};
+  };
+  if (z == farthest) return faces(centre.z, half.z, {0, 0, 1});
+  if (y == farthest) return faces(centre.y, half.y, {0, 1, 0});
+  return faces(centre.x, half.x, {1, 0, 0});
 }
 
 }  // namespace vps::detail

@@ -210,9 +210,19 @@ struct BelowLanes {
   struct Cells {};
   const SolidBelow& below;
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
-  HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
-  HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
-  HWY_INLINE Penetrations penetrations(const Points& p, const Batch&, M) const { return {hn::Neg(p.z), hn::Neg(p.z)}; }
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    return hn::Min(hn::Neg(p.z), hn::Add(p.z, set(below.thickness)));
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+  // By how much V grows at most where z grows by `rise`: towards the face that is nearer.
+  HWY_INLINE F growth(const Points& p, F rise) const {
+    const M upper = hn::Ge(p.z, set(-below.thickness / 2));
+    return hn::Max(hn::IfThenElse(upper, hn::Neg(rise), rise), hn::Zero(f32));
+  }
 };
 
 struct PlainLanes : Everywhere {

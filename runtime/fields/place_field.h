@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 
@@ -71,8 +73,11 @@ struct PlainMap {
   const float* rotation = nullptr;  ///< of the shell's normals, row-major
 };
 
-/// The half space z <= 0. `Affine` takes the shell to its frame.
-struct SolidBelow {};
+/// The solid -thickness <= z <= 0. `Affine` takes the shell to its frame.
+struct SolidBelow {
+  Vec3 up;  ///< z in the frame of the field that it stands for
+  float thickness = std::numeric_limits<float>::infinity();
+};
 
 /// Every kind of field that the kernels know. Each has lanes: lanes_of in fields/field_lanes-inl.h.
 using KernelFields =
@@ -108,6 +113,14 @@ struct Transform {
   }
   Vec3 apply(Vec3 v) const noexcept { return rotate(v) + t; }
 };
+
+/// Two opposite faces of a box.
+struct FacePair {
+  HalfSpaceField upper;
+  float distance = 0;  ///< [m]
+};
+/// The two faces of a box that give V at all points of a shell: the others are nearer to none of them.
+std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& shell, const Pose& shell_to_box) noexcept;
 
 /// A field's own coordinates: p_field = (p - origin) / unit.
 struct Frame {
@@ -204,12 +217,25 @@ Status in_kernel_form(const VoxelmapView& map, const Pose& shell_to_map, const R
 }
 template <class Run>
 Status in_kernel_form(const HalfSpaceField& field, const Pose& shell_to_field, const Run& run) noexcept {
-  return run(SolidBelow(), Frame(), 0.0F, pose_above(field, shell_to_field));
+  return run(SolidBelow{field.outward_normal}, Frame(), 0.0F, pose_above(field, shell_to_field));
 }
 /// The kernels use every other analytic field unchanged.
 template <class Analytic, class Run>
 Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const Run& run) noexcept {
   return run(field, Frame(), 0.0F, shell_to_field);
+}
+
+/// The same for all points of a shell. Of a box that reaches far beyond the shell only two faces count.
+template <class Field, class Run>
+Status in_kernel_form(const Field& field, const PointshellView& shell, const Pose& shell_to_field,
+                      const Run& run) noexcept {
+  if constexpr (std::is_same_v<Field, BoxField>) {
+    if (const std::optional<FacePair> faces = faces_near(field, shell, shell_to_field)) {
+      const SolidBelow solid{faces->upper.outward_normal, faces->distance};
+      return run(solid, Frame(), 0.0F, pose_above(faces->upper, shell_to_field));
+    }
+  }
+  return in_kernel_form(field, shell_to_field, run);
 }
 
 /// Largest rounding error of a shell's coordinates in a field, which grows with the shell's size and distance. In the

@@ -20,17 +20,18 @@ struct Spheres {
   F reach;  // radius + contact distance
 };
 // Largest distance of a hit in these spheres off the field.
-HWY_INLINE F distance_of(const Descent& d, const Points& codes, F radius) {
+template <class Lanes>
+HWY_INLINE F distance_of(const Lanes& field, const Descent& d, const Points& codes, F radius) {
   const F distance = set(d.contact_distance);
   if (d.moving == nullptr) return distance;
-  const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->ways, codes));
-  return hn::Min(distance, hn::Add(way, set(d.moving->near)));
+  const F growth = hn::MulAdd(set(d.moving->turn), radius, growth_of(field, d, codes));
+  return hn::Min(distance, hn::Add(growth, set(d.moving->near)));
 }
 template <class Lanes>
 HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
   const Points codes = load_centres(*d.shell, batch);
   const F radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.slack));
-  return {field.place(d.points, codes), radius, hn::Add(radius, distance_of(d, codes, radius))};
+  return {field.place(d.points, codes), radius, hn::Add(radius, distance_of(field, d, codes, radius))};
 }
 
 // Whether spheres and points can be tested against the planes first.
@@ -89,7 +90,7 @@ HWY_INLINE std::uint32_t test_spheres(const Lanes& field, Descent& d, const Batc
     const Points codes = load_centres(*d.shell, batch);
     radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.rounding));
     bound = height_of(*region, codes);
-    touch = touching(batch, hn::Add(radius, distance_of(d, codes, radius)), bound);
+    touch = touching(batch, hn::Add(radius, distance_of(field, d, codes, radius)), bound);
   } else {
     const Spheres spheres = spheres_of(field, d, batch);
     radius = spheres.radius;

@@ -12,9 +12,10 @@ namespace vps::detail {
 
 /// A motion of the shell: each point moves by its own way. In the field's unit.
 struct MovingShell {
-  Affine ways{};   ///< takes codes of positions to their ways
-  float turn = 0;  ///< upper bound of the difference of ways, for each unit of distance
-  float near = 0;  ///< contact distance at the end of a way
+  Affine ways{};            ///< takes codes of positions to their ways
+  float turn = 0;           ///< upper bound of the difference of ways, for each unit of distance
+  float near = 0;           ///< contact distance at the end of a way
+  bool is_upright = false;  ///< with SolidBelow: only z of the ways counts, and its sign
 };
 
 /// One descent of the tree: its input, and its results. Lengths are in the field's unit: voxels for SampledMap, else

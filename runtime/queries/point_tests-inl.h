@@ -16,10 +16,16 @@
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
 
-HWY_INLINE F way_of(const Affine& ways, const Points& stored) {
-  const F x = row(ways, 0, stored);
-  const F y = row(ways, 1, stored);
-  const F z = row(ways, 2, stored);
+// By how much V grows at most on the ways of points.
+template <class Lanes>
+HWY_INLINE F growth_of(const Lanes& field, const Descent& d, const Points& codes) {
+  const Affine& ways = d.moving->ways;
+  const F z = row(ways, 2, codes);
+  if constexpr (std::is_same_v<Lanes, BelowLanes>) {
+    if (d.moving->is_upright) return field.growth(field.place(d.points, codes), z);
+  }
+  const F x = row(ways, 0, codes);
+  const F y = row(ways, 1, codes);
   return hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
 }
 
@@ -137,7 +143,7 @@ class PointTests {
   // The least V of a hit.
   HWY_INLINE F least(const Points& codes) const {
     if (d_.moving == nullptr) return limit_;
-    return hn::Max(limit_, hn::Neg(hn::Add(way_of(d_.moving->ways, codes), set(d_.moving->near))));
+    return hn::Max(limit_, hn::Neg(hn::Add(growth_of(field_, d_, codes), set(d_.moving->near))));
   }
 
   HWY_INLINE void take(const Points& codes, const Points& p, F v, M sampled, hn::Vec<Words> points,

@@ -104,16 +104,16 @@ class FlatNodes {
   // Largest distance off the surface at which a corner is a hit. In the field's unit.
   [[nodiscard]] float reach_of(std::size_t corner) const noexcept {
     if (d_.moving == nullptr) return limit_;
-    const Affine& ways = d_.moving->ways;
     const std::size_t at = begin_ + corner;
-    const float code[3] = {codes_[0][at], codes_[1][at], codes_[2][at]};
-    float squared = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      float way = ways.translation[axis];
-      for (int k = 0; k < 3; ++k) way += ways.rotation[3 * axis + k] * code[k];
-      squared += way * way;
-    }
-    return d_.moving->near + std::sqrt(squared);
+    const auto row = [&](const Affine& a, int axis) {
+      const float* const r = a.rotation + 3 * axis;
+      return a.translation[axis] + r[0] * codes_[0][at] + r[1] * codes_[1][at] + r[2] * codes_[2][at];
+    };
+    const Affine& ways = d_.moving->ways;
+    const Vec3 way{row(ways, 0), row(ways, 1), row(ways, 2)};
+    if (!d_.moving->is_upright) return d_.moving->near + length(way);
+    const bool is_above = row(d_.points, 2) >= -query_.facts.below->thickness / 2;
+    return d_.moving->near + std::max(0.0F, is_above ? -way.z : way.z);
   }
 
   // Whether no point below is a hit.
@@ -123,7 +123,7 @@ class FlatNodes {
   [[nodiscard]] bool is_apart(float most, const Bound& most_by) const noexcept {
     // The descent's distance: facets of points that are no contacts may reach into the field.
     if (d_.moving == nullptr) return most < -d_.contact_distance;
-    // The sum of V and the length of the way is convex.
+    // The sum of V and the length of the way, or the height that is lost, is convex.
     const float more = d_.moving->turn * kBeside * tolerance_ / d_.unit;
     for (std::size_t i = 0; i < count_; ++i) {
       if (!(most_by(i) + reach_of(i) + more < 0)) return false;

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "runtime/queries/budget.h"
@@ -28,9 +29,10 @@ struct FieldFacts {
 
   FieldRef values;
   Frame frame;
-  std::uint64_t id = 0;     ///< differs between the fields that a cache may meet
-  float error = 0;          ///< [m]
-  bool takes_lists = true;  ///< the kernels can test listed points without their numbers
+  std::optional<SolidBelow> below;  ///< if there is one: the kernels see this, and only heights over it count
+  std::uint64_t id = 0;             ///< differs between the fields that a cache may meet
+  float error = 0;                  ///< [m]
+  bool takes_lists = true;          ///< the kernels can test listed points without their numbers
   /// Let b be the bound of V that a sphere's test gives at the sphere's centre. If the sphere touches and b < `known`,
   /// V at the centre is at most b + `excess`. V is at most `most` anywhere. [m]
   float excess = 0;

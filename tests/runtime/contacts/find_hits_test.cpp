@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/fields/penetration.h"
+#include "tests/runtime/contacts/growth.h"
 #include "tests/runtime/pair.h"
 #include "tests/support/random.h"
 
@@ -21,13 +22,14 @@ namespace {
 struct Fields : Pair {
   VoxelmapView real, layers;
   BoxField box{{0.1F, 0.08F, 0.06F}};
+  BoxField floor{{2, 0.04F, 3}};  // only two of its faces are near
   HalfSpaceField plane{{0.6F, 0, 0.8F}, 0.02F};
   RevolvedField cylinder{RevolvedField::Profile::cylinder, 0.08F, 0.05F, 0};
   Fields() {
     EXPECT_EQ(map_asset->voxelmap(real, Field::real), Status::ok);
     EXPECT_EQ(map_asset->voxelmap(layers, Field::layers), Status::ok);
   }
-  std::vector<FieldRef> all() const { return {map, real, layers, box, plane, cylinder}; }
+  std::vector<FieldRef> all() const { return {map, real, layers, box, floor, plane, cylinder}; }
 };
 
 TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
@@ -80,12 +82,6 @@ TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
   EXPECT_GT(tight, 100);
 }
 
-double way_of(const detail::RelativeMotion& motion, Vec3 p) {
-  using detail::operator+;
-  const Vec3 way = motion.shift + detail::cross(motion.turn, p);
-  return std::hypot(double{way.x}, double{way.y}, double{way.z});
-}
-
 TEST(FindHits, OfAFewPointsAreThoseAmongAll) {
   Fields s;
   std::size_t seen = 0;
@@ -126,11 +122,37 @@ TEST(FindHits, OfAFewPointsAreThoseAmongAll) {
   EXPECT_GT(seen, 200U);
 }
 
+TEST(TraverseAhead, FindsPointsAsDeepAsTheBoxSaysWhereTwoFacesStandForIt) {
+  Fields s;
+  Random random(5);
+  int with_faces = 0;
+  constexpr int kBoxes = 400;
+  for (int i = 0; i < kBoxes; ++i) {
+    const auto half = [&] { return static_cast<float>(0.02 * std::pow(30, random.between(0, 1))); };
+    const BoxField box{{half(), half(), half()}};
+    Pose pose = random_pose(random, 0);
+    const float size[3] = {box.half_extents.x, box.half_extents.y, box.half_extents.z};
+    for (int axis = 0; axis < 3; ++axis) pose.translation[axis] = random.between(-1, 1) * (double{size[axis]} + 0.1);
+    with_faces += detail::faces_near(box, s.shell, pose).has_value();
+    QueryOptions options;
+    options.contact_distance = 1;
+    QueryResult result;
+    ASSERT_EQ(detail::traverse_ahead(s.shell, box, pose, options, {}, s.scratch, s.contacts, result), Status::ok);
+    ASSERT_EQ(result.contacts, s.shell.points);
+    for (const Contact& contact : s.contacts) {
+      ASSERT_NEAR(contact.penetration, penetration(box, contact.position), 1e-6) << i;
+    }
+  }
+  EXPECT_GT(with_faces, kBoxes / 8);
+  EXPECT_LT(with_faces, kBoxes / 2);
+}
+
 TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSegment) {
   Fields s;
   std::size_t seen = 0;
   std::size_t left_out = 0;
-  for (const FieldRef field : {FieldRef(s.map), FieldRef(s.box), FieldRef(s.plane), FieldRef(s.cylinder)}) {
+  for (const FieldRef field :
+       {FieldRef(s.map), FieldRef(s.box), FieldRef(s.floor), FieldRef(s.plane), FieldRef(s.cylinder)}) {
     Random random(8);
     for (int i = 0; i < 20; ++i) {
       const Pose pose = random_pose(random, 0.11);
@@ -148,7 +170,9 @@ TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSe
       std::map<std::uint32_t, Contact> wanted;
       std::map<std::uint32_t, double> over;  // by how much a point comes nearer than it must
       for (const Contact& contact : std::span(s.contacts).first(result.contacts)) {
-        over[contact.point] = double{contact.penetration} + double{kNear} + way_of(motion, contact.position);
+        const Vec3 moved = detail::way_at(motion, contact.position);
+        over[contact.point] =
+            double{contact.penetration} + double{kNear} + growth(field, s.shell, pose, contact.position, moved);
         if (over[contact.point] >= 0) wanted[contact.point] = contact;
       }
       left_out += result.contacts - wanted.size();

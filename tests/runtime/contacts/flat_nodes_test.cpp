@@ -15,6 +15,7 @@
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_contacts.h"
 #include "tests/runtime/contacts/flat_grounds.h"
+#include "tests/runtime/contacts/growth.h"
 
 namespace vps::test {
 namespace {
@@ -72,16 +73,15 @@ TEST(FlatNodes, TheirCornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
 std::map<std::uint32_t, float> deepest_of_segments(const Queries& q, FieldRef field, const Pose& pose,
                                                    const detail::RelativeMotion& motion, std::uint32_t level,
                                                    float distance) {
-  using detail::operator+;
   const detail::Transform to_field(pose);
   std::map<std::uint32_t, float> deepest;
   for (std::uint32_t node = q.shell.level_offsets[level - 1]; node < q.shell.level_offsets[level]; ++node) {
     const IndexRange below = detail::points_below(q.shell, node);
     for (std::uint32_t point = below.begin; point < below.end; ++point) {
       const Vec3 p = to_field.apply(point_position(q.shell, point));
-      const float way = detail::length(motion.shift + detail::cross(motion.turn, p));
+      const double nearer = growth(field, q.shell, pose, p, detail::way_at(motion, p));
       const float v = penetration(field, p, to_field.rotate(point_inward_normal(q.shell, point)));
-      if (!(v >= -(distance + way))) continue;
+      if (!(v >= -(distance + nearer))) continue;
       const auto [at, is_new] = deepest.try_emplace(node, v);
       at->second = std::max(at->second, v);
     }
