@@ -46,8 +46,12 @@ Contact contact_at(const PointshellView& shell, const Field& field, const Transf
 }
 
 void sort_by_segments(std::span<Contact> contacts) {
-  std::sort(contacts.begin(), contacts.end(),
-            [](const Contact& a, const Contact& b) { return std::pair(a.node, a.point) < std::pair(b.node, b.point); });
+  const auto is_before = [](const Contact& a, const Contact& b) {
+    return std::pair(a.node, a.point) < std::pair(b.node, b.point);
+  };
+  if (!std::is_sorted(contacts.begin(), contacts.end(), is_before)) {
+    std::sort(contacts.begin(), contacts.end(), is_before);
+  }
 }
 
 // Tests again the points where a segment was in contact in the last step, if it still touches.
@@ -58,11 +62,14 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
                        std::span<const SegmentPoint> before, std::span<Contact> contacts, std::size_t found) {
   const Transform to_field(pose);
   std::size_t count = found;
+  const std::span<const Contact> of_segments = contacts.first(found);  // in tree order
   for (const SegmentPoint& old : before) {
-    const auto deepest = std::find_if(contacts.begin(), contacts.begin() + found,
-                                      [&](const Contact& contact) { return contact.node == old.node; });
-    const bool touches = deepest != contacts.begin() + found && deepest->penetration >= -reach.touching;
-    if (!touches || deepest->point == old.point || count == contacts.size()) continue;
+    const auto deepest =
+        std::lower_bound(of_segments.begin(), of_segments.end(), old.node,
+                         [](const Contact& contact, std::uint32_t node) { return contact.node < node; });
+    if (deepest == of_segments.end() || deepest->node != old.node || !(deepest->penetration >= -reach.touching))
+      continue;
+    if (deepest->point == old.point || count == contacts.size()) continue;
     contacts[count] = contact_at(shell, field, to_field, old);
     if (contacts[count].penetration >= -reach.contact) ++count;
   }
@@ -182,7 +189,8 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
     if (!(found.way > 0)) return traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
     options.contact_distance -= found.way;
     // The ways of bodies that move together may have any direction.
-    const RelativeMotion motion = found.is_joint ? RelativeMotion{{found.way, 0, 0}, {}, false} : motion_of(pair, found);
+    const RelativeMotion motion =
+        found.is_joint ? RelativeMotion{{found.way, 0, 0}, {}, false} : motion_of(pair, found);
     return traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
   }();
   if (status != Status::ok) return status;

@@ -9,27 +9,85 @@
 namespace vps::detail {
 namespace {
 
-// Takes hits [first, last) of the descent as those of one segment, which may have a contact already.
+// Takes hits [first, last) of the descent as those of a segment that has no contact yet.
 void take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first, std::uint32_t last) noexcept {
-  Contact* const begin = query.out.data();
-  Contact* const end = begin + std::min<std::size_t>(query.result.contacts, query.out.size());
-  Contact* const at =
-      std::lower_bound(begin, end, node, [](const Contact& one, std::uint32_t wanted) { return one.node < wanted; });
-  const bool is_known = at != end && at->node == node;
-  const float before = is_known ? at->penetration : kNothingTested;
   Contact deepest;
-  deepest.penetration = before;
+  deepest.penetration = kNothingTested;
   query.segment = &deepest;
   take_hits(query, HitsAre::points, first, last);
   query.segment = nullptr;
-  if (!(deepest.penetration > before)) return;
+  if (!(deepest.penetration > kNothingTested)) return;
   deepest.node = node;
-  if (is_known) {
-    *at = deepest;
-    return;
-  }
+  Contact* const begin = query.out.data();
+  Contact* const end = begin + std::min<std::size_t>(query.result.contacts, query.out.size());
   write_contact(query, deepest);
-  if (end != begin + query.out.size()) std::rotate(at, end, end + 1);
+  if (end == begin + query.out.size()) return;
+  // An earlier search may have answered segments behind it.
+  Contact* at = end;
+  while (at != begin && (at - 1)->node > node) --at;
+  if (at != end) std::rotate(at, end, end + 1);
+}
+
+// Finds the segments that points belong to: most of them are in that of the point before.
+class SegmentOfPoint {
+ public:
+  SegmentOfPoint(const PointshellView& shell, std::span<const std::uint32_t> segments) noexcept
+      : shell_(shell), segments_(segments) {
+    go_to(0);
+  }
+  // @return the segment's place in the list; its end for points in none of them, which a forged asset may have
+  std::size_t find(std::uint32_t point) noexcept {
+    if (is_in(point)) return at_;
+    if (at_ < segments_.size()) go_to(at_ + 1);
+    if (is_in(point)) return at_;
+    const auto is_before = [&](std::uint32_t node) { return points_below(shell_, node).end <= point; };
+    const auto found = std::partition_point(segments_.begin(), segments_.end(), is_before);
+    go_to(static_cast<std::size_t>(found - segments_.begin()));
+    return is_in(point) ? at_ : segments_.size();
+  }
+
+ private:
+  void go_to(std::size_t at) noexcept {
+    at_ = at;
+    range_ = at < segments_.size() ? points_below(shell_, segments_[at]) : IndexRange();
+  }
+  [[nodiscard]] bool is_in(std::uint32_t point) const noexcept { return point >= range_.begin && point < range_.end; }
+
+  const PointshellView& shell_;
+  const std::span<const std::uint32_t> segments_;
+  std::size_t at_ = 0;
+  IndexRange range_{};
+};
+
+// Takes the hits of all segments, in tree order.
+void take_in_order(TraverseQuery& query, std::span<const std::uint32_t> segments) noexcept {
+  const Descent& d = query.descent;
+  SegmentOfPoint of_point(query.shell, segments);
+  for (std::uint32_t hit = 0; hit < d.hit_count;) {
+    const std::uint32_t begin = hit++;
+    const std::size_t segment = of_point.find(d.hits[begin]);
+    if (segment == segments.size()) continue;
+    while (hit < d.hit_count && of_point.find(d.hits[hit]) == segment) ++hit;
+    take_segment(query, segments[segment], begin, hit);
+  }
+}
+
+// The same of hits in any order, without force and torque: those of flat nodes come level by level.
+void take_deepest(TraverseQuery& query, std::span<const std::uint32_t> segments) noexcept {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  const Descent& d = query.descent;
+  std::uint32_t* const deepest = d.queue + d.end;  // the queue has room for all nodes twice
+  std::fill_n(deepest, segments.size(), kNone);
+  SegmentOfPoint of_point(query.shell, segments);
+  for (std::uint32_t hit = 0; hit < d.hit_count; ++hit) {
+    const std::size_t segment = of_point.find(d.hits[hit]);
+    if (segment == segments.size()) continue;
+    std::uint32_t& most = deepest[segment];
+    if (most == kNone || d.penetrations[hit] > d.penetrations[most]) most = hit;
+  }
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (deepest[i] != kNone) take_segment(query, segments[i], deepest[i], deepest[i] + 1);
+  }
 }
 
 // All segments, entries [first, last) of the queue, go down together.
@@ -42,16 +100,10 @@ void seek_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last
   query.field.descend(d);
   ask_flat_nodes(query, d.flat_count);
   const std::span<const std::uint32_t> segments(d.queue + first, last - first);
-  // Hits are in tree order, but for those of flat nodes, which come last.
-  for (std::uint32_t hit = 0; hit < d.hit_count;) {
-    const std::uint32_t begin = hit++;
-    const auto segment = std::partition_point(segments.begin(), segments.end(), [&](std::uint32_t node) {
-      return points_below(query.shell, node).end <= d.hits[begin];
-    });
-    if (segment == segments.end()) continue;  // in a forged asset
-    const IndexRange range = points_below(query.shell, *segment);
-    while (hit < d.hit_count && d.hits[hit] >= range.begin && d.hits[hit] < range.end) ++hit;
-    take_segment(query, *segment, begin, hit);
+  if (d.flats == nullptr) {
+    take_in_order(query, segments);
+  } else {
+    take_deepest(query, segments);
   }
   d.hit_count = 0;
 }
