@@ -46,12 +46,8 @@ Contact contact_at(const PointshellView& shell, const Field& field, const Transf
 }
 
 void sort_by_segments(std::span<Contact> contacts) {
-  const auto is_before = [](const Contact& a, const Contact& b) {
-    return std::pair(a.node, a.point) < std::pair(b.node, b.point);
-  };
-  if (!std::is_sorted(contacts.begin(), contacts.end(), is_before)) {
-    std::sort(contacts.begin(), contacts.end(), is_before);
-  }
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return std::pair(a.node, a.point) < std::pair(b.node, b.point); });
 }
 
 // Tests again the points where a segment was in contact in the last step, if it still touches.
@@ -67,9 +63,9 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
     const auto deepest =
         std::lower_bound(of_segments.begin(), of_segments.end(), old.node,
                          [](const Contact& contact, std::uint32_t node) { return contact.node < node; });
-    if (deepest == of_segments.end() || deepest->node != old.node || !(deepest->penetration >= -reach.touching))
-      continue;
-    if (deepest->point == old.point || count == contacts.size()) continue;
+    const bool touches =
+        deepest != of_segments.end() && deepest->node == old.node && deepest->penetration >= -reach.touching;
+    if (!touches || deepest->point == old.point || count == contacts.size()) continue;
     contacts[count] = contact_at(shell, field, to_field, old);
     if (contacts[count].penetration >= -reach.contact) ++count;
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
 #include "runtime/vps_runtime.h"
 
@@ -20,6 +21,14 @@ Vec3 normal_at(const SphereField& field, Vec3 point) noexcept;
 Vec3 normal_at(const HalfSpaceField& field, Vec3 point) noexcept;
 Vec3 normal_at(const RevolvedField& field, Vec3 point) noexcept;
 Vec3 normal_at(const PolytopeField& field, Vec3 point) noexcept;
+
+/// Two opposite faces of a box.
+struct FacePair {
+  HalfSpaceField upper;
+  float distance = 0;  ///< [m]
+};
+/// The two faces of a box that give V at all points of a shell: the others are nearer to none of them.
+std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& shell, const Pose& shell_to_box) noexcept;
 
 /// The side of a cone, in a plane through its axis: r is the distance from the axis, `down` that below the tip.
 struct ConeSlant {

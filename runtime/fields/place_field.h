@@ -114,14 +114,6 @@ struct Transform {
   Vec3 apply(Vec3 v) const noexcept { return rotate(v) + t; }
 };
 
-/// Two opposite faces of a box.
-struct FacePair {
-  HalfSpaceField upper;
-  float distance = 0;  ///< [m]
-};
-/// The two faces of a box that give V at all points of a shell: the others are nearer to none of them.
-std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& shell, const Pose& shell_to_box) noexcept;
-
 /// A field's own coordinates: p_field = (p - origin) / unit.
 struct Frame {
   double origin[3] = {0, 0, 0};
