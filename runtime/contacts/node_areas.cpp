@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Zlib
 // Areas of a point-sphere tree's nodes, and its segmentation level. Paper: Secs. 2.1.2 and 2.4.
-#include <cmath>
-
 #include "runtime/vps_runtime.h"
 
 namespace vps {
@@ -22,15 +20,14 @@ Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept 
 
 std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept {
   if (segments == 0 || shell.points == 0) return 0;
-  const auto distance = [&](std::uint32_t level) {
-    const double clusters = shell.level_offsets[level] - shell.level_offsets[level - 1];
-    return std::abs(std::log(clusters / segments));
+  const auto clusters = [&](std::uint32_t level) {
+    return std::uint64_t{shell.level_offsets[level] - shell.level_offsets[level - 1]};
   };
-  std::uint32_t best = 1;
-  for (std::uint32_t level = 2; level <= shell.levels; ++level) {
-    if (distance(level) < distance(best)) best = level;
-  }
-  return best;
+  // The next level has the nearer number, as a ratio, where the wish exceeds their geometric mean.
+  const std::uint64_t squared = std::uint64_t{segments} * segments;
+  std::uint32_t level = 1;
+  while (level < shell.levels && squared > clusters(level) * clusters(level + 1)) ++level;
+  return level;
 }
 
 }  // namespace vps
