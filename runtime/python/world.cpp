@@ -6,10 +6,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/bullet/vps_bullet.h"
@@ -154,13 +157,26 @@ class World {
     return first;
   }
 
+  // Other threads may run meanwhile, and step other worlds.
   void step(int count) {
-    for (int i = 0; i < count; ++i) {
-      world_.stepSimulation(step_of_bullet(), 0);
-      ++steps_;
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds kTurn(20);  // Ctrl-C waits so long
+    while (count > 0) {
+      {
+        const Stepping stepping(is_stepping_);
+        const py::gil_scoped_release release;
+        const Clock::time_point begin = Clock::now();
+        do {
+          world_.stepSimulation(step_of_bullet(), 0);
+          ++steps_;
+        } while (--count > 0 && messages.empty() && Clock::now() - begin < kTurn);
+      }
       warn();
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
+  }
+  void check_alone() const {
+    if (is_stepping_) throw std::runtime_error("another thread is stepping this world");
   }
   [[nodiscard]] double time() const { return step_ * static_cast<double>(steps_); }
 
@@ -286,6 +302,17 @@ class World {
     if (!(length > 0) || !std::isfinite(length)) throw py::value_error(std::string(name) + ": finite, and not zero");
     return {btScalar(axis[0] / length), btScalar(axis[1] / length), btScalar(axis[2] / length)};
   }
+  // Set under Python's lock, and read under it.
+  class Stepping {
+   public:
+    explicit Stepping(bool& flag) : flag_(flag) { flag_ = true; }
+    ~Stepping() { flag_ = false; }
+    Stepping(const Stepping&) = delete;
+    Stepping& operator=(const Stepping&) = delete;
+
+   private:
+    bool& flag_;
+  };
   [[nodiscard]] btScalar step_of_bullet() const { return btScalar(step_); }
   void split_from(double voxel) {
     btScalar& threshold = world_.getSolverInfo().m_splitImpulsePenetrationThreshold;
@@ -342,6 +369,7 @@ class World {
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   double step_;
   std::uint64_t steps_ = 0;
+  bool is_stepping_ = false;
   bool has_baked_ = false;
   std::vector<py::object> kept_;  // Baked
   std::vector<std::shared_ptr<btCollisionShape>> shapes_;
@@ -352,6 +380,22 @@ class World {
   std::vector<btRigidBody*> bodies_;  // all, by their index
   std::vector<btTransform> frames_;   // each takes the frame that users see to the body's own
 };
+
+// Methods that are refused while another thread steps the world.
+template <class Result, class... Arguments>
+auto alone(Result (World::*method)(Arguments...)) {
+  return [method](World& world, Arguments... arguments) -> Result {
+    world.check_alone();
+    return (world.*method)(std::forward<Arguments>(arguments)...);
+  };
+}
+template <class Result, class... Arguments>
+auto alone(Result (World::*method)(Arguments...) const) {
+  return [method](const World& world, Arguments... arguments) -> Result {
+    world.check_alone();
+    return (world.*method)(std::forward<Arguments>(arguments)...);
+  };
+}
 
 }  // namespace
 
@@ -367,23 +411,23 @@ PYBIND11_MODULE(_bullet, m) {
       }));
   py::class_<World>(m, "World")
       .def(py::init<const Vector&, double>())
-      .def("add_baked", &World::add_baked)
-      .def("add_box", &World::add_box)
-      .def("add_sphere", &World::add_sphere)
-      .def("add_plane", &World::add_plane)
-      .def("load_scene", &World::load_scene)
-      .def("step", &World::step)
-      .def("poses", &World::poses)
-      .def("set_pose", &World::set_pose)
-      .def("velocity", &World::velocity)
-      .def("set_velocity", &World::set_velocity)
-      .def("push", &World::push)
-      .def("mass", &World::mass)
-      .def("add_hinge", &World::add_hinge)
-      .def("add_slider", &World::add_slider)
-      .def("set_motor", &World::set_motor)
-      .def("position", &World::position)
-      .def("contacts", &World::contacts)
-      .def("lint", &World::lint)
-      .def_property_readonly("time", &World::time);
+      .def("add_baked", alone(&World::add_baked))
+      .def("add_box", alone(&World::add_box))
+      .def("add_sphere", alone(&World::add_sphere))
+      .def("add_plane", alone(&World::add_plane))
+      .def("load_scene", alone(&World::load_scene))
+      .def("step", alone(&World::step))
+      .def("poses", alone(&World::poses))
+      .def("set_pose", alone(&World::set_pose))
+      .def("velocity", alone(&World::velocity))
+      .def("set_velocity", alone(&World::set_velocity))
+      .def("push", alone(&World::push))
+      .def("mass", alone(&World::mass))
+      .def("add_hinge", alone(&World::add_hinge))
+      .def("add_slider", alone(&World::add_slider))
+      .def("set_motor", alone(&World::set_motor))
+      .def("position", alone(&World::position))
+      .def("contacts", alone(&World::contacts))
+      .def("lint", alone(&World::lint))
+      .def_property_readonly("time", alone(&World::time));
 }

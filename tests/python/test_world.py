@@ -3,6 +3,7 @@
 import gc
 import os
 import subprocess
+import threading
 import warnings
 import weakref
 
@@ -60,6 +61,50 @@ def test_a_nut_turns_down_its_bolt():
     descent = -body.pose[2, 3]
     assert descent > 0.7e-3
     assert abs(descent + turned * 1.5e-3 / (2 * np.pi)) < 0.2e-3, "along the thread, whose pitch is 1.5 mm"
+
+
+def test_worlds_step_side_by_side(cube):
+    def heap():
+        world = vps.World()
+        world.add_plane()
+        for i in range(6):
+            world.add(cube, pose=shifted(0.02 * i, 0.01 * i, 0.2 + 0.25 * i))
+        return world
+
+    alone = heap()
+    alone.step(2000)
+    worlds = [heap() for _ in range(3)]
+    threads = [threading.Thread(target=world.step, args=(2000,)) for world in worlds]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for world in worlds:
+        assert np.array_equal(world.poses, alone.poses) and world.time == alone.time
+
+
+def test_a_world_that_another_thread_steps_refuses_calls(sphere):
+    world = vps.World()
+    world.add_plane()
+    ball = world.add(sphere, pose=shifted(0, 0, 0.2))
+    calls = [lambda: world.poses, lambda: world.step(), lambda: world.time, lambda: world.add_box([1, 1, 1]),
+             world.contacts, lambda: ball.velocity, lambda: ball.push((0, 0, 1))]
+    for call in calls:
+        refused = False
+        for _ in range(20):  # the thread may end before the call
+            thread = threading.Thread(target=world.step, args=(20000,))
+            thread.start()
+            while thread.is_alive() and not refused:
+                try:
+                    call()
+                except RuntimeError as error:
+                    assert str(error) == "another thread is stepping this world"
+                    refused = True
+            thread.join()
+            if refused:
+                break
+        assert refused
+    world.step()
 
 
 def test_a_hinge_turns_a_body(cube):

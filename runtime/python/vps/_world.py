@@ -109,7 +109,9 @@ class World:
         world.step(500)
         nut.pose, world.contacts()
 
-    Only one thread at a time may use a world. Messages of the plug-in are RuntimeWarnings. Needs the module vps._bullet.
+    Threads may step worlds side by side, which may share assets: `step` releases the interpreter's lock. A world that
+    another thread is stepping refuses calls with RuntimeError. Messages of the plug-in are RuntimeWarnings. Needs the
+    module vps._bullet.
     """
 
     def __init__(self, *, gravity: npt.ArrayLike = (0, 0, -9.81), step: float = 1 / 240) -> None:
