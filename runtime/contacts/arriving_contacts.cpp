@@ -113,11 +113,15 @@ bool rolls(const StepPair& pair, const Course& shell, const Course& partner, con
   if (deepest == found.contacts.end()) return true;
   if (deepest->penetration > kDeep_vx * voxel) return false;
   const Vec3 place = deepest->position;
-  const float fall = std::abs(dot(deepest->inward_normal, way_at(difference(shell.motion, partner.motion), place)));
-  const float turned = std::max(shell.turned_at(place), partner.turned_at(place));
+  const RelativeMotion motion = difference(shell.motion, partner.motion);
+  const auto fall_at = [&](Vec3 at) { return std::abs(dot(deepest->inward_normal, way_at(motion, at))); };
+  const float fall = fall_at(place);
+  const Course& roller = shell.turned_at(place) >= partner.turned_at(place) ? shell : partner;
+  const float turned = roller.turned_at(place);
   const float from_rest = kStepsFromRest * length(pair.shell_motion->fall - pair.field_motion->fall);
   if (found.is_joint && turned < kTurned_vx * voxel) return false;
-  return turned > fall && fall < kHop_vx * voxel + from_rest;
+  // A body that spins as it lands may have a contact that hardly falls, but its centre does.
+  return turned > fall && std::max(fall, fall_at(roller.centre)) < kHop_vx * voxel + from_rest;
 }
 
 }  // namespace

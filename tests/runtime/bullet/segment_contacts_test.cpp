@@ -181,6 +181,33 @@ TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
   }
 }
 
+// An end of a bar hardly falls, as the bar spins. Where its middle falls far, the bar lands.
+TEST(SegmentContacts, ABodyThatSpinsAsItLandsDoesNotRoll) {
+  World scene;
+  bullet::Shape slab(baked_at(make_box({0.2, 0.4, 0.05}), 0.01));
+  btBoxShape bar({btScalar(0.02), btScalar(0.3), btScalar(0.02)});
+  btRigidBody& floor = scene.add(slab, 0, {0, 0, btScalar(-0.05)});
+  btRigidBody& body = scene.add(bar, 1, {0, 0, btScalar(0.02)});
+  const bullet::Pair pair{bullet::PairBody(&slab, &floor, floor.getWorldTransform()),
+                          bullet::PairBody(&bar, &body, body.getWorldTransform())};
+  constexpr float kEnd = 0.29F;
+  for (const double speed : {1.0, 8.0}) {
+    body.setLinearVelocity({0, 0, btScalar(-speed)});
+    body.setAngularVelocity({btScalar(speed / double{kEnd}), 0, 0});
+    Contact contact;
+    contact.position = {0, kEnd, -0.02F};
+    contact.inward_normal = {0, 0, -1};
+    const bullet::PairStep step = step_of(pair.shell, pair.field, btScalar(1.0 / 60), 0, bullet::LookAhead::yes);
+    const detail::StepPair of_step = bullet::in_step(pair, &step);
+    bullet::PairPartner partner;
+    detail::FoundContacts found;
+    found.contacts = {&contact, 1};
+    detail::keep_arriving(of_step, *partner.of(pair, true), found);
+    ASSERT_EQ(found.contacts.size(), 1U);
+    EXPECT_EQ(found.may_slide, speed < 5);
+  }
+}
+
 // A ball with dents and bumps.
 const std::shared_ptr<Asset>& uneven() {
   static const auto asset = [] {
