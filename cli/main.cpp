@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -136,6 +137,8 @@ int run(int argc, char** argv) {
   for (const Command& one : commands) set_version_flag(*one.app)->group("");
   app.require_subcommand(0, 1);  // the words of help are names of commands
   const Command* command = nullptr;
+  const std::span<char* const> words(argv + 1, static_cast<std::size_t>(std::max(argc - 1, 0)));
+  if (const std::string reason = one_dash(app, words); !reason.empty()) return fail_usage(reason);
 
   try {
     app.parse(command_line(argc, argv));

@@ -33,9 +33,13 @@ std::string settings_text(const fs::path& file) {
   return text;
 }
 
-// The text of an option's value, which may be a text, a number, or a list of texts.
+// The text of an option's value, which may be a text, a number, true or false, or a list of texts.
 std::string option_text(const fs::path& file, const std::string& key, const toml::node& node) {
-  if (const auto text = node.value_exact<std::string>()) return *text;
+  if (const auto text = node.value_exact<std::string>()) {
+    if (text->empty()) refuse(file, node.source(), key + " is empty; give a value, or leave the line out");
+    return *text;
+  }
+  if (const auto flag = node.value_exact<bool>()) return *flag ? "true" : "false";
   if (const auto number = node.value_exact<std::int64_t>()) return std::to_string(*number);
   if (const auto number = node.value_exact<double>()) return fmt::format("{}", *number);
   std::string list;
@@ -46,7 +50,8 @@ std::string option_text(const fs::path& file, const std::string& key, const toml
     list += (i == 0 ? "" : ",") + *text;
   }
   if (list.empty())
-    refuse(file, node.source(), key + " is a text in quotes, such as \"5mm\", a number or a list of texts");
+    refuse(file, node.source(),
+           key + " is a text in quotes, such as \"5mm\", a number, true or false, or a list of texts");
   return list;
 }
 
@@ -93,6 +98,20 @@ void take_option(const fs::path& file, const std::string& key, const toml::node&
   out[key] = probe.options[key];
 }
 
+// Options of one table that exclude each other.
+void check_together(const fs::path& file, const toml::table& table, const OptionTexts& options,
+                    const OptionReader& reader) {
+  Job probe;
+  probe.options = options;
+  if (options.count("voxel") + options.count("resolution") + options.count("max-error") == 0)
+    probe.options["voxel"] = "1mm";
+  try {
+    (void)read_settings(probe, reader);
+  } catch (const BatchError& error) {
+    refuse(file, table.source(), error.what());
+  }
+}
+
 bool is_below(const std::string& name) {
   const fs::path path(name);
   if (name.empty() || path.is_absolute() || !path.has_filename()) return false;
@@ -124,6 +143,7 @@ FileSettings read_entry(const fs::path& file, const toml::table& table, Settings
       refuse_key(file, key, {subject, "skip", "output"}, reader);
     }
   }
+  check_together(file, table, entry.options, reader);
   if (entry.mesh.empty() && entry.match.empty())
     refuse(file, table.source(), fmt::format("an entry of [[files]] says which, with {} = \"...\"", subject));
   return entry;
@@ -162,6 +182,7 @@ FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind, con
                  reader);
     }
   }
+  check_together(file, table, out.options, reader);
   return out;
 }
 

@@ -136,13 +136,31 @@ void note_size(const BakeArguments& arguments, const std::array<double, 3>& size
                        bake::format_length(size[0]), bake::format_length(size[1]), bake::format_length(size[2])));
 }
 
-// One line at most about a size that points to a wrong unit.
-void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
+std::array<double, 3> size_of(const AssetInfo& info) {
   std::array<double, 3> size{};
   for (std::size_t axis = 0; axis < 3; ++axis) size[axis] = info.bounds_max[axis] - info.bounds_min[axis];
-  if (arguments.unit > 0 || arguments.scale != 1) return note_size(arguments, size);
+  return size;
+}
+std::array<double, 3> size_of(const TriangleMesh& mesh) {
+  std::array<double, 3> size{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [least, most] = std::minmax_element(mesh.vertices.begin(), mesh.vertices.end(),
+                                                   [&](const auto& a, const auto& b) { return a[axis] < b[axis]; });
+    size[axis] = (*most)[axis] - (*least)[axis];
+  }
+  return size;
+}
+
+// The unit that a mesh's numbers likely have, where none was given; "m" else.
+std::string unit_of(const BakeArguments& arguments, const std::array<double, 3>& size) {
+  if (arguments.unit > 0 || arguments.scale != 1) return "m";
   const double longest = *std::max_element(size.begin(), size.end());
-  const std::string unit = likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
+  return likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
+}
+
+// One line at most about a size that points to a wrong unit.
+void warn_of_unit(const BakeArguments& arguments, const std::array<double, 3>& size) {
+  const std::string unit = unit_of(arguments, size);
   if (unit == "m") return note_size(arguments, size);
   complain("warning", arguments.mesh,
            fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
@@ -177,7 +195,7 @@ int deliver(BakeRun& run, const Asset& asset) {
   write_bytes(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
   run.progress.clear();
-  warn_of_unit(run.arguments, asset.info());
+  warn_of_unit(run.arguments, size_of(asset.info()));
   print_result(run, asset.info(), asset.bytes().size());
   return kOk;
 }
@@ -199,7 +217,23 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   show_stage(run.progress, "import", 0);
-  return print_dry_run(run, bake::plan_bake(import_mesh(mesh_file(run.arguments), settings.import), settings));
+  const ImportedMesh mesh = import_mesh(mesh_file(run.arguments), settings.import);
+  const bake::BakePlan plan = bake::plan_bake(mesh, settings);
+  run.progress.clear();
+  warn_of_unit(run.arguments, size_of(mesh));
+  return print_dry_run(run, plan);
+}
+
+// A refusal, which also says what unit the mesh likely has: sizes in it may be off by a thousand.
+std::string with_unit(const BakeArguments& arguments, const bake::BakeSettings& settings, std::string reason) {
+  if (reason.find("--unit") != reason.npos) return reason;
+  try {
+    const std::string unit = unit_of(arguments, size_of(import_mesh(mesh_file(arguments), settings.import)));
+    if (unit != "m") reason += fmt::format("; its numbers are likely {0}: then add --unit {0}", unit);
+  } catch (const ImportError&) {
+    // It was read before.
+  }
+  return reason;
 }
 
 // Ends a bake that becomes a dry run.
@@ -245,6 +279,8 @@ int bake_file(const BakeArguments& arguments) {
     return bake_output(run, settings);
   } catch (const DryRun& dry) {
     return print_dry_run(run, dry.plan);
+  } catch (const bake::BakeError& error) {
+    throw bake::BakeError(error.stage, with_unit(arguments, settings, error.what()));
   } catch (const WriteError& error) {
     run.progress.clear();
     return fail(kIo, run.output.string(), error.what());

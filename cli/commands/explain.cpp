@@ -28,6 +28,7 @@ using Json = nlohmann::ordered_json;
 
 // What the last batch did with an asset or a mesh.
 struct LastRun {
+  fs::path log;
   fs::path from;  // where it ran
   Inputs asked;
   Json item;
@@ -45,7 +46,7 @@ std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folde
         for (const Json& item : log.at("items")) {
           const bool meant = is_same_place(from / item.at("asset").get<std::string>(), file) ||
                              is_same_place(from / item.at("mesh").get<std::string>(), file);
-          if (meant) return LastRun{from, inputs_from(log.at("asked")), item};
+          if (meant) return LastRun{folder / kLog, from, inputs_from(log.at("asked")), item};
         }
       }
     } catch (const Json::exception&) {
@@ -75,6 +76,10 @@ void explain_now(const LastRun& last) {
     return;
   }
   const Standing now = job->refusal.empty() ? compare_with_asset(*job) : Standing{{}, {job->refusal}};
+  if (now.wanted && known_failures(last.log).contains(bake::cache_key(*now.wanted).digits)) {
+    print_lines("now: the same batch would not try it again, as its mesh, its settings and the program are the same\n");
+    return;
+  }
   print_lines("now: {}\n", now.reasons.empty() ? "up to date" : "the same batch would bake it again");
   for (const std::string& reason : now.reasons) print_lines("  {}\n", reason);
 }

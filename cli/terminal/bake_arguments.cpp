@@ -24,7 +24,7 @@ ImportOptions complete_import(const BakeArguments& arguments) {
 }  // namespace
 
 std::filesystem::path mesh_file(const BakeArguments& arguments) {
-  return file_to_read(arguments.mesh);
+  return file_to_read(arguments.mesh, {arguments.import_options.memory_limit_bytes, arguments.import_options.timeout});
 }
 
 bake::BakeOptions complete_options(const BakeArguments& arguments) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "cli/terminal/command_tree.h"
@@ -47,6 +48,23 @@ std::string unexpected_word(const CLI::App& app, const std::string& word) {
   }
   const std::string name = word.substr(0, word.find('='));
   return fmt::format("there is no option {}{}", name, ending(app, nearest_name(name, names)));
+}
+
+std::string one_dash(const CLI::App& app, std::span<char* const> words) {
+  std::set<std::string> names;
+  std::vector<const CLI::App*> apps = commands_of(app);
+  apps.push_back(&app);
+  for (const CLI::App* const one : apps) {
+    for (const CLI::Option* const option : one->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.insert("-" + name);
+    }
+  }
+  for (const std::string word : words) {
+    if (word == "--") break;
+    const std::string name = word.substr(0, word.find('='));
+    if (names.contains(name)) return fmt::format("there is no option {0}; did you mean -{0}?", name);
+  }
+  return {};
 }
 
 std::string in_plain_words(const std::string& reason) {

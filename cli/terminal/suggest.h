@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <span>
 #include <string>
 
 namespace vps::cli {
@@ -16,6 +17,10 @@ namespace vps::cli {
 /// The same for the first word that `app` left over, which may be an option.
 /// @param app  the command that was given
 [[nodiscard]] std::string unexpected_word(const CLI::App& app, const std::string& word);
+
+/// "there is no option -voxel; did you mean --voxel?" for the first word that is an option's long name behind one dash:
+/// CLI11 would read it as letters, here as -v -o xel. Empty: none is.
+[[nodiscard]] std::string one_dash(const CLI::App& app, std::span<char* const> words);
 
 /// What CLI11 says of an option that is repeated or lacks its value, in the words of the other messages.
 [[nodiscard]] std::string in_plain_words(const std::string& reason);

@@ -2,16 +2,21 @@
 #include "cli/tools/standard_streams.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
 #include <vector>
 
+#include "bake/quantity_text.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
@@ -24,15 +29,35 @@ using Kind = ImportError::Kind;
       Kind::io, fmt::format("standard input cannot be kept in memory ({}); write it to a file", std::strerror(code)));
 }
 
+using Clock = std::chrono::steady_clock;
+
+// Waits for standard input. @throw ImportError after `seconds` since `begin`
+void wait_for_input(Clock::time_point begin, double seconds) {
+  if (!std::isfinite(seconds)) return;
+  for (;;) {
+    const double left = seconds - std::chrono::duration<double>(Clock::now() - begin).count();
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    const int ready = left > 0 ? ::poll(&input, 1, static_cast<int>(std::min(1000 * left + 1, 1e9))) : 0;
+    if (ready > 0 || (ready < 0 && errno != EINTR)) return;
+    if (left > 0) continue;
+    throw ImportError(Kind::bad_input,
+                      fmt::format("standard input did not end within {:.4g} s; check the program that writes to it, or "
+                                  "give it a longer --import-timeout",
+                                  seconds));
+  }
+}
+
 // Meshes and assets are read more than once and mapped, which a pipe does not allow.
-std::filesystem::path keep_standard_input() {
+std::filesystem::path keep_standard_input(const InputLimits& limits) {
   if (::isatty(STDIN_FILENO) != 0)
     throw ImportError(Kind::io, "standard input is a terminal; redirect it, or give the name of a file");
   const int fd = ::memfd_create("standard input", MFD_CLOEXEC);
   if (fd < 0) refuse_input(errno);
   std::vector<char> buffer(std::size_t{1} << 20);
   std::size_t total = 0;
+  const Clock::time_point begin = Clock::now();
   for (;;) {
+    wait_for_input(begin, limits.seconds);
     const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) refuse_input(errno);
@@ -42,6 +67,11 @@ std::filesystem::path keep_standard_input() {
       if (one < 0) refuse_input(errno);
     }
     total += static_cast<std::size_t>(got);
+    if (total <= limits.bytes) continue;
+    throw ImportError(Kind::bad_input,
+                      fmt::format("standard input has more than {}; check the program that writes to it, or allow more "
+                                  "with --import-memory",
+                                  bake::format_bytes(static_cast<double>(limits.bytes))));
   }
   if (total == 0) throw ImportError(Kind::bad_input, "standard input is empty; check the program that writes to it");
   return fmt::format("/proc/{}/fd/{}", ::getpid(), fd);  // importers run in children, which close it
@@ -49,9 +79,9 @@ std::filesystem::path keep_standard_input() {
 
 }  // namespace
 
-std::filesystem::path file_to_read(const std::filesystem::path& name) {
+std::filesystem::path file_to_read(const std::filesystem::path& name, const InputLimits& limits) {
   if (!is_standard_stream(name)) return name;
-  static const std::filesystem::path kept = keep_standard_input();
+  static const std::filesystem::path kept = keep_standard_input(limits);
   return kept;
 }
 

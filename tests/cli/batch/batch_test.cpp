@@ -143,6 +143,22 @@ TEST(Batch, WrongSettingsNameTheirLine) {
   expect_line("[[files]]\nvoxel = \"1mm\"\n", "an entry of [[files]] says which, with match");
   expect_line("[[files]]\nmatch = \"*\"\noutput = \"../x.vps.hdf\"\n", "vpsbake.toml:3: output is a name below");
   expect_line("exclude = [1]\n", "vpsbake.toml:1: exclude is a list of texts");
+  expect_line("voxel = \"\"\n", "vpsbake.toml:1: voxel is empty; give a value");
+  expect_line("voxel = true\n", "vpsbake.toml:1: voxel: 'true' is not a length");
+  expect_line("voxel = \"1mm\"\nresolution = 10\n", "vpsbake.toml:1: --voxel excludes --resolution");
+  expect_line("\n[[files]]\nmatch = \"*\"\nvoxel = \"1mm\"\nmax-error = \"1mm\"\n", "vpsbake.toml:2: ");
+}
+
+TEST(Batch, FlagsAreTrueOrFalse) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  for (const char* const flag : {"true", "false"}) {
+    folder.add_text("vpsbake.toml", std::string("voxel = \"10mm\"\nprove-bound = ") + flag + '\n');
+    ASSERT_EQ(vpsbake(folder, "batch meshes -o out").code, 0);
+    const std::string info = vpsbake(folder, "explain out/cube.vps.hdf -o .").out;
+    const std::string state = std::string("prove-bound ") + (flag[0] == 't' ? "on" : "off");
+    EXPECT_NE(info.find(state), std::string::npos) << info;
+  }
 }
 
 TEST(Batch, SettingsThatAreNoFileAreRefused) {
@@ -189,8 +205,12 @@ TEST(Batch, FailuresAreRememberedUntilMeshOrSettingsChange) {
   EXPECT_EQ(second.code, 5);
   EXPECT_EQ(second.err, first.err);
   EXPECT_NE(second.out.find("1 unchanged, 1 FAILED (1 as before, not tried again); "), std::string::npos) << second.out;
+  EXPECT_NE(vpsbake(folder, "explain out/open.vps.hdf").out.find("now: the same batch would not try it again"),
+            std::string::npos);
   EXPECT_NE(bake().out.find("as before"), std::string::npos) << "remembered from the second run";
   folder.add_text("open.obj", sheet + "# touched\n");
+  EXPECT_NE(vpsbake(folder, "explain out/open.vps.hdf").out.find("now: the same batch would bake it again"),
+            std::string::npos);
   EXPECT_EQ(bake().out.find("as before"), std::string::npos);
   EXPECT_EQ(bake(" --repair fill").code, 0);
   EXPECT_EQ(bake(" --repair none").code, 5);

@@ -146,6 +146,7 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --voxel 6mm", 1, "command line: --voxel is given twice; give it once;");
   expect_refusal(folder, cube + " --voxel", 1, "command line: --voxel needs a value; run");
   expect_refusal(folder, "compare", 1, "ASSET is required");
+  expect_refusal(folder, cube + " -voxel=5mm", 1, "there is no option -voxel; did you mean --voxel?");
   expect_refusal(folder, cube + " --voxel five", 1, "five' is not a length");
   expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel -5mm", 1, "not a positive length");

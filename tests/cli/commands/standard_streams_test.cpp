@@ -66,6 +66,8 @@ TEST(StandardStreams, UnusableInputGetsOneLine) {
   expect_error(shell(folder, "$V info - </dev/null"), 3, "standard input is empty");
   expect_error(shell(folder, "$V run - </dev/null"), 3, "standard input is empty");
   expect_error(shell(folder, "$V validate - <."), 2, "standard input cannot be");
+  expect_error(shell(folder, "$V - -o b.vps.hdf --import-memory 5kB <junk"), 3, "standard input has more than 5 kB");
+  expect_error(shell(folder, "sleep 1 | $V - -o b.vps.hdf --import-timeout 100ms"), 3, "did not end within 0.1 s");
   expect_error(shell(folder, "$V - -o b.vps.hdf <junk"), 3, "add --format");
   expect_error(shell(folder, "$V - -o b.vps.hdf --format stl <junk"), 3, "neither text that begins with 'solid'");
   expect_error(shell(folder, "$V info - <junk"), 3, "not a vpsbake asset");
@@ -86,12 +88,13 @@ TEST(StandardStreams, WhatDoesNotGoTogetherIsRefused) {
 // As other programs do. One that is started with SIGPIPE ignored reports an error.
 TEST(StandardStreams, AClosedPipeEndsTheProgramQuietly) {
   const TemporaryFolder folder;
-  const std::string bake = "$V " + sample("cube") + " -q --resolution 30 -o -";
-  const std::string closed = " | true; } ";
-  const Outcome quiet = shell(folder, "{ (sleep 0.1; " + bake + "; echo $? >code)" + closed + "; sleep 0.1; cat code");
-  EXPECT_EQ(quiet.err, "");
-  const Outcome told =
-      shell(folder, "{ (trap '' PIPE; sleep 0.1; " + bake + "; echo $? >code)" + closed + "; sleep 0.1; cat code");
+  const auto bake = [&](const char* before) {
+    return shell(folder, std::string("rm -f code; { (") + before + "sleep 0.1; $V " + sample("cube") +
+                             " -q --resolution 30 -o -; echo $? >part; mv part code) | true; }; "
+                             "while ! [ -e code ]; do sleep 0.01; done; cat code");
+  };
+  EXPECT_EQ(bake("").err, "");
+  const Outcome told = bake("trap '' PIPE; ");
   EXPECT_NE(told.err.find("vpsbake: error: standard output: "), std::string::npos) << told.err;
   EXPECT_EQ(std::count(told.err.begin(), told.err.end(), '\n'), 1) << told.err;
   EXPECT_EQ(told.out, "2\n");
