@@ -229,7 +229,7 @@ std::string to_line(const CaseResult& result, Strictness strictness) {
   std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result, strictness)), result.asked->name);
   for (std::size_t i = 0; i < result.outcomes.size(); ++i)
     line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
-  return line;
+  return result.outcomes.empty() ? line + " no column" : line;
 }
 
 std::string certificate(const AssetResult& result, Strictness strictness) {
