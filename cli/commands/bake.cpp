@@ -76,6 +76,7 @@ struct BakeRun {
   std::vector<bake::StageTime> times = {};
   const char* cache = "off";  // off, hit or miss
   bake::BakeReport report = {};
+  double longest = 0;  // of the grid's sides; 0 before it is planned. [m]
 };
 
 // "16 mm x 18.5 mm x 7.5 mm, voxel 0.25 mm, error up to 0.02 mm": of several fields the largest error.
@@ -152,15 +153,14 @@ std::array<double, 3> size_of(const TriangleMesh& mesh) {
 }
 
 // The unit that a mesh's numbers likely have, where none was given; "m" else.
-std::string unit_of(const BakeArguments& arguments, const std::array<double, 3>& size) {
+std::string unit_of(const BakeArguments& arguments, double longest) {
   if (arguments.unit > 0 || arguments.scale != 1) return "m";
-  const double longest = *std::max_element(size.begin(), size.end());
   return likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
 }
 
 // One line at most about a size that points to a wrong unit.
 void warn_of_unit(const BakeArguments& arguments, const std::array<double, 3>& size) {
-  const std::string unit = unit_of(arguments, size);
+  const std::string unit = unit_of(arguments, *std::max_element(size.begin(), size.end()));
   if (unit == "m") return note_size(arguments, size);
   complain("warning", arguments.mesh,
            fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
@@ -225,15 +225,10 @@ int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
 }
 
 // A refusal, which also says what unit the mesh likely has: sizes in it may be off by a thousand.
-std::string with_unit(const BakeArguments& arguments, const bake::BakeSettings& settings, std::string reason) {
-  if (reason.find("--unit") != reason.npos) return reason;
-  try {
-    const std::string unit = unit_of(arguments, size_of(import_mesh(mesh_file(arguments), settings.import)));
-    if (unit != "m") reason += fmt::format("; its numbers are likely {0}: then add --unit {0}", unit);
-  } catch (const ImportError&) {
-    // It was read before.
-  }
-  return reason;
+std::string with_unit(const BakeRun& run, const std::string& reason) {
+  const std::string unit = unit_of(run.arguments, run.longest);
+  if (unit == "m" || reason.find("--unit") != reason.npos) return reason;
+  return fmt::format("{0}; its numbers are likely {1}: then add --unit {1}", reason, unit);
 }
 
 // Ends a bake that becomes a dry run.
@@ -271,6 +266,7 @@ int bake_file(const BakeArguments& arguments) {
     show_stage(run.progress, stage, kBaked * fraction);
   };
   settings.options.planned = [&](const bake::BakePlan& plan) {
+    run.longest = plan.voxel_size * std::max({plan.dims[0], plan.dims[1], plan.dims[2]});
     if (plan.predicted_memory_bytes > arguments.dry_run_above) throw DryRun{plan};
     print_plan(run, plan);
   };
@@ -280,7 +276,7 @@ int bake_file(const BakeArguments& arguments) {
   } catch (const DryRun& dry) {
     return print_dry_run(run, dry.plan);
   } catch (const bake::BakeError& error) {
-    throw bake::BakeError(error.stage, with_unit(arguments, settings, error.what()));
+    throw bake::BakeError(error.stage, with_unit(run, error.what()));
   } catch (const WriteError& error) {
     run.progress.clear();
     return fail(kIo, run.output.string(), error.what());

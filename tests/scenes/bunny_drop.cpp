@@ -25,6 +25,7 @@ double microseconds_since(Clock::time_point begin) {
 constexpr btScalar kStep = btScalar(1.0 / 200);
 constexpr int kFirstTimed = 200;  // the steps whose narrowphase is reported, as in the paper
 constexpr int kLastTimed = 600;
+constexpr int kPlays = 5;          // of which each step's least time is taken
 constexpr int kStepsPerFrame = 2;  // of a recorded motion
 
 // Depth of the deepest shell point, found among all points, as the contact list may miss it.
@@ -132,7 +133,6 @@ struct Fall {
 // Each step's narrowphase, the least of some plays: a play repeats to the bit, and other programs only add time. Not
 // while depths are measured, which would leave nothing of the assets in the caches.
 std::vector<double> time_steps(vps::bullet::Shape& shape, Partner partner, int steps) {
-  constexpr int kPlays = 5;
   std::vector<double> least(std::max(std::min(steps, kLastTimed) - kFirstTimed + 1, 0),
                             std::numeric_limits<double>::max());
   for (int play = 0; play < kPlays; ++play) {
@@ -186,9 +186,11 @@ void print(const char* title, Outcome& out, Partner partner, int steps) {
   std::printf("%s\n", title);
   if (!out.step_us.empty()) {
     std::sort(out.step_us.begin(), out.step_us.end());
-    std::printf("  collision step      %.1f us median, %.1f us 99 %%, %.1f us max (narrowphase of steps %d to %d)\n",
-                out.step_us[out.step_us.size() / 2], out.step_us[out.step_us.size() * 99 / 100], out.step_us.back(),
-                kFirstTimed, std::min(steps, kLastTimed));
+    std::printf(
+        "  collision step      %.1f us median, %.1f us 99 %%, %.1f us max (narrowphase of steps %d to %d, least of %d "
+        "plays)\n",
+        out.step_us[out.step_us.size() / 2], out.step_us[out.step_us.size() * 99 / 100], out.step_us.back(),
+        kFirstTimed, std::min(steps, kLastTimed), kPlays);
   }
   std::printf("  deepest penetration %.3f mm in the box", 1000 * std::max(0.0, out.deepest_ground));
   if (partner == Partner::itself) std::printf(", %.3f mm in the other body", 1000 * std::max(0.0, out.deepest_other));

@@ -54,6 +54,12 @@ TEST(Cli, AnUnlikelyUnitIsOneWarningUnlessItIsGiven) {
   for (const char* good : {"nut.stl --unit mm", "nut.stl --unit m", "nut.stl --scale 0.001", "link.stl"})
     EXPECT_EQ(warnings(good), "") << good;
   EXPECT_EQ(warnings(sample("gear") + " --scale 1 -o gear.vps.hdf"), "");
+  EXPECT_NE(warnings("nut.stl --dry-run").find(warning), std::string::npos);
+  write_file(folder / "open.stl",
+             "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\n"
+             "endfacet\nendsolid one\n");
+  expect_refusal(folder, "open.stl --resolution 20", 3, "; its numbers are likely mm: then add --unit mm\n");
+  EXPECT_EQ(vpsbake(folder, "open.stl --resolution 20 --unit m").err.find("likely"), std::string::npos);
   const Outcome check = vpsbake(folder, "check nut.stl");
   EXPECT_NE(check.out.find("likely mm, add --unit mm"), std::string::npos) << check.out;
   write_file(folder / "vpsbake.toml", "resolution = 20\n");

@@ -153,6 +153,18 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   EXPECT_EQ(approach(1.5).way, 0);
 }
 
+// Whether the body of a pair's only contact rolls. The contact arrives in the step.
+bool rolls(const bullet::Pair& pair, Contact contact) {
+  const bullet::PairStep step = step_of(pair.shell, pair.field, btScalar(1.0 / 60), 0, bullet::LookAhead::yes);
+  const detail::StepPair of_step = bullet::in_step(pair, &step);
+  bullet::PairPartner partner;
+  detail::FoundContacts found;
+  found.contacts = {&contact, 1};
+  detail::keep_arriving(of_step, *partner.of(pair, true), found);
+  EXPECT_EQ(found.contacts.size(), 1U);
+  return found.may_slide;
+}
+
 // A static body gives the points, and Bullet's cylinder falls on it with little spin, here or far from the origin.
 TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
   for (const double far : {0.0, 50.0}) {
@@ -170,13 +182,7 @@ TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
     for (const double spin : {1.0, 100.0}) {
       body.setLinearVelocity({0, 0, -1});
       body.setAngularVelocity({btScalar(spin), 0, 0});
-      const bullet::PairStep step = step_of(pair.shell, pair.field, btScalar(1.0 / 60), 0, bullet::LookAhead::yes);
-      const detail::StepPair of_step = bullet::in_step(pair, &step);
-      bullet::PairPartner partner;
-      detail::FoundContacts found;
-      found.contacts = {&contact, 1};
-      detail::keep_arriving(of_step, *partner.of(pair, true), found);
-      EXPECT_EQ(found.may_slide, spin > 50) << far;
+      EXPECT_EQ(rolls(pair, contact), spin > 50) << far;
     }
   }
 }
@@ -197,14 +203,7 @@ TEST(SegmentContacts, ABodyThatSpinsAsItLandsDoesNotRoll) {
     Contact contact;
     contact.position = {0, kEnd, -0.02F};
     contact.inward_normal = {0, 0, -1};
-    const bullet::PairStep step = step_of(pair.shell, pair.field, btScalar(1.0 / 60), 0, bullet::LookAhead::yes);
-    const detail::StepPair of_step = bullet::in_step(pair, &step);
-    bullet::PairPartner partner;
-    detail::FoundContacts found;
-    found.contacts = {&contact, 1};
-    detail::keep_arriving(of_step, *partner.of(pair, true), found);
-    ASSERT_EQ(found.contacts.size(), 1U);
-    EXPECT_EQ(found.may_slide, speed < 5);
+    EXPECT_EQ(rolls(pair, contact), speed < 5);
   }
 }
 
