@@ -101,10 +101,20 @@ bool arrives_on_map(const StepPair& pair, const Partner& partner, const FoundCon
                  near);
 }
 
+// The inward normal of the partner's surface, up to its sign. A contact that touches already has the normal of the
+// shell's point, which at an edge lies between those of two faces.
+Vec3 normal_of(const Partner& partner, const FoundContacts& found, const Contact& contact) {
+  if (partner.sheet != nullptr || found.is_on_map(contact)) return contact.inward_normal;
+  const Vec3 normal =
+      partner.field.visit([&](const auto& field) { return vps::outward_normal(field, contact.position); });
+  return dot(normal, normal) > 0 ? normal : contact.inward_normal;
+}
+
 // Whether one of the bodies rolls: it turns about the deepest contact faster than it falls onto it, and does not fall
 // far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
 // all contacts push it out.
-bool rolls(const StepPair& pair, const Course& shell, const Course& partner, const FoundContacts& found) {
+bool rolls(const StepPair& pair, const Partner& of_partner, const Course& shell, const Course& partner,
+           const FoundContacts& found) {
   constexpr float kDeep_vx = 2;
   constexpr float kHop_vx = 5;  // a wheel comes down from its hops
   const auto voxel = static_cast<float>(pair.voxel_size);
@@ -114,7 +124,8 @@ bool rolls(const StepPair& pair, const Course& shell, const Course& partner, con
   if (deepest->penetration > kDeep_vx * voxel) return false;
   const Vec3 place = deepest->position;
   const RelativeMotion motion = difference(shell.motion, partner.motion);
-  const auto fall_at = [&](Vec3 at) { return std::abs(dot(deepest->inward_normal, way_at(motion, at))); };
+  const Vec3 normal = normal_of(of_partner, found, *deepest);
+  const auto fall_at = [&](Vec3 at) { return std::abs(dot(normal, way_at(motion, at))); };
   const float fall = fall_at(place);
   const Course& roller = shell.turned_at(place) >= partner.turned_at(place) ? shell : partner;
   const float turned = roller.turned_at(place);
@@ -189,7 +200,7 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });
-  found.may_slide = rolls(pair, of_shell, of_partner, found);
+  found.may_slide = rolls(pair, partner, of_shell, of_partner, found);
 }
 
 }  // namespace vps::detail

@@ -207,6 +207,27 @@ TEST(SegmentContacts, ABodyThatSpinsAsItLandsDoesNotRoll) {
   }
 }
 
+// The normal of a point at an edge lies between those of two faces: along it the edge seems to fall less than it does.
+TEST(SegmentContacts, HowFarABodyFallsIsMeasuredAlongItsPartnersNormal) {
+  World scene;
+  bullet::Shape slab(baked_at(make_box({0.2, 0.2, 0.05}), 0.01));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  btRigidBody& floor = scene.add(plane, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(slab, 1, {0, 0, btScalar(0.05)});
+  body.setLinearVelocity({0, 0, btScalar(-0.3)});
+  body.setAngularVelocity({-5, 0, 0});
+  const bullet::Pair pair{bullet::PairBody(&slab, &body, body.getWorldTransform()),
+                          bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
+  Contact at_edge;
+  at_edge.position = {0, -0.2F, 0};
+  at_edge.inward_normal = {0, 0, 1};
+  EXPECT_TRUE(rolls(pair, at_edge));  // this edge rises
+  at_edge.position = {0, 0.2F, 0};
+  EXPECT_FALSE(rolls(pair, at_edge));
+  at_edge.inward_normal = {0, -0.8F, 0.6F};
+  EXPECT_FALSE(rolls(pair, at_edge));
+}
+
 // A ball with dents and bumps.
 const std::shared_ptr<Asset>& uneven() {
   static const auto asset = [] {
