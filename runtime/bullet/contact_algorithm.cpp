@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // The collision algorithm that Bullet's dispatcher calls for each pair with a Shape. Paper: Secs. 2.4 and 3.2.
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
-#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "runtime/bullet/body_motion.h"
+#include "runtime/bullet/compound_algorithm.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner.h"
@@ -139,6 +139,27 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
   }
 };
 
+template <LookAhead looks_ahead>
+struct CreateCompoundAlgorithm final : btCollisionAlgorithmCreateFunc {
+  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                 const btCollisionObjectWrapper* first,
+                                                 const btCollisionObjectWrapper* second) override {
+    return create_for_compounds(info, first, second, looks_ahead);
+  }
+};
+
+// For both orders of a pair, in the tables for steps and for tests.
+// @tparam Create  stateless: one instance serves every dispatcher and outlives them all
+template <template <LookAhead> class Create>
+void register_pair(btCollisionDispatcher& dispatcher, int type, int other) {
+  static Create<LookAhead::yes> create;
+  static Create<LookAhead::no> create_for_tests;
+  for (const auto& [first, second] : {std::pair{type, other}, std::pair{other, type}}) {
+    dispatcher.registerCollisionCreateFunc(first, second, &create);
+    dispatcher.registerClosestPointsCreateFunc(first, second, &create_for_tests);
+  }
+}
+
 }  // namespace
 
 bool is_any_dispatcher_registered() {
@@ -147,23 +168,14 @@ bool is_any_dispatcher_registered() {
 
 void register_algorithm(btCollisionDispatcher& dispatcher) {
   registered.store(true, std::memory_order_relaxed);
-  // Stateless: one instance serves every dispatcher and outlives them all. The algorithm finds the bodies' roles by
-  // their shapes, so it needs no swapped variant.
-  static CreateContactAlgorithm<LookAhead::yes> create;
-  static CreateContactAlgorithm<LookAhead::no> create_for_tests;
+  // The algorithms find the bodies' roles by their shapes, so they need no swapped variants.
   for (int partner = 0; partner < CONCAVE_SHAPES_END_HERE; ++partner) {
     if (partner != kProxyType && !is_partner_field(partner) && !is_triangle_mesh(partner)) continue;
-    dispatcher.registerCollisionCreateFunc(kProxyType, partner, &create);
-    dispatcher.registerCollisionCreateFunc(partner, kProxyType, &create);
-    dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create_for_tests);
-    dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create_for_tests);
+    register_pair<CreateContactAlgorithm>(dispatcher, kProxyType, partner);
+    // GImpact's algorithm would use the surfels of Shapes in compounds.
+    register_pair<CreateCompoundAlgorithm>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, partner);
   }
-  // GImpact's algorithm would use the surfels of Shapes in compounds. Bullet's own algorithm queries each child.
-  btCollisionConfiguration* const stock = dispatcher.getCollisionConfiguration();
-  for (const auto& [first, second] : {std::pair{COMPOUND_SHAPE_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE},
-                                      std::pair{GIMPACT_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE}}) {
-    dispatcher.registerCollisionCreateFunc(first, second, stock->getCollisionAlgorithmCreateFunc(first, second));
-  }
+  register_pair<CreateCompoundAlgorithm>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE);
 }
 
 bool is_registered(btDispatcher& dispatcher, const Shape& shape) {

@@ -107,11 +107,15 @@ StepMotion motion_in_step(const PairBody& body, btScalar step) {
           inverse_mass(object) > 0 && !is_triangle_mesh(body.shape->getShapeType())};
 }
 
+// Contacts ahead would remove the bounce.
+bool finds_ahead(const PairBody& first, const PairBody& second, LookAhead ahead) {
+  return ahead == LookAhead::yes && !(first.object->getRestitution() * second.object->getRestitution() > 0);
+}
+
 }  // namespace
 
 PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance, LookAhead ahead) {
-  const bool looks_ahead =
-      ahead == LookAhead::yes && !(first.object->getRestitution() * second.object->getRestitution() > 0);
+  const bool looks_ahead = finds_ahead(first, second, ahead);
   const auto motion_of = [&](const PairBody& body) { return looks_ahead ? motion_in_step(body, step) : StepMotion(); };
   PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0};
   double voxel = std::numeric_limits<double>::max();
@@ -124,6 +128,11 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
   out.query.distance = std::max(detail::touching_distance(voxel), number(distance));
   out.reach = double{out.query.distance + out.query.approach.way};
   return out;
+}
+
+double way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead) {
+  if (!finds_ahead(first, second, ahead)) return 0;
+  return double{detail::approach(motion_in_step(first, step), motion_in_step(second, step), 0).way};
 }
 
 detail::StepPair in_step(const Pair& pair, const PairStep* step) {

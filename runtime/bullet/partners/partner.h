@@ -48,11 +48,13 @@ struct PairStep {
 };
 /// @param step      [s]
 /// @param distance  at which surfaces are in contact in any case. [m]
-/// @param ahead     no: contacts ahead are not sought. Nor are they for a pair with restitution: they would remove the
-///                  bounce
+/// @param ahead     no: contacts ahead are not sought. Nor are they for a pair with restitution
 /// @pre one of the bodies is a Shape
 [[nodiscard]] PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance,
                                LookAhead ahead);
+
+/// How far ahead contacts of any of the bodies' parts are sought in a step. [m]
+[[nodiscard]] double way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead);
 
 /// The pair for the engine-neutral path.
 /// @param step  of the pair, whose first body gives the shell; null: without motions. Used by the result

@@ -220,17 +220,6 @@ TEST(ContactAlgorithm, ManifoldsAreGivenBackWhenABodyLeaves) {
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);
 }
 
-struct CollectContacts final : btCollisionWorld::ContactResultCallback {
-  std::vector<btManifoldPoint> points;
-  std::vector<const btCollisionObject*> first;
-  btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper* a, int, int,
-                           const btCollisionObjectWrapper*, int, int) override {
-    points.push_back(p);
-    first.push_back(a->getCollisionObject());
-    return 0;
-  }
-};
-
 TEST(ContactAlgorithm, ContactTestsSeeThePairInEitherOrder) {
   World scene;
   bullet::Shape shape(brick());

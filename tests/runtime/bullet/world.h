@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <vector>
 
 #include "tests/support/baked.h"
 #include "tests/support/bullet_world.h"
@@ -43,5 +44,17 @@ inline int count_single_contacts(World& scene) {
   }
   return manifolds;
 }
+
+/// For contactTest and contactPairTest.
+struct CollectContacts final : btCollisionWorld::ContactResultCallback {
+  std::vector<btManifoldPoint> points;
+  std::vector<const btCollisionObject*> first;
+  btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper* a, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    points.push_back(p);
+    first.push_back(a->getCollisionObject());
+    return 0;
+  }
+};
 
 }  // namespace vps::test
