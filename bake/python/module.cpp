@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The extension module vps._bake: bakes meshes, and rebuilds the surface of a baked field. It shares nothing with
 // vps._runtime but the bytes of assets.
+#include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <optional>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -80,7 +84,13 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
   take("real", options.real);
   take("voxelmap", options.voxelmap);
   take("pointshell", options.pointshell);
+  take("field_error", options.field_error);
+  take("prove_bound", options.prove_bound);
+  take("band_inside", options.band_inside);
+  take("band_outside", options.band_outside);
   take("alpha", options.alpha);
+  take("thin_faces", options.thin_faces);
+  take("memory", options.memory_limit_bytes);
   take("sheet_thickness", options.sheet_thickness);
   std::string repair = describe(options.repair);
   take("repair", repair);
@@ -88,18 +98,27 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
   return settings;
 }
 
-// Messages name options as the command line does.
+// Messages name options as the command line does, with lengths in other units than metres.
 std::string with_python_names(std::string message) {
   constexpr std::pair<std::string_view, std::string_view> kNames[] = {
       {"--open-surface thicken=", "sheet_thickness="},
+      {"--memory", "memory"},
       {"--repair ", "repair="},
       {"--resolution", "resolution"},
       {"--unit", "unit"},
       {"--voxel", "voxel"},
+      {"thin-faces", "thin_faces"},
   };
   for (const auto& [option, name] : kNames) {
     for (std::size_t at = 0; (at = message.find(option, at)) != std::string::npos; at += name.size())
       message.replace(at, option.size(), name);
+  }
+  static const std::map<std::string, double> kUnits = {{"nm", 1e-9}, {"um", 1e-6}, {"mm", 1e-3}, {"m", 1}, {"km", 1e3}};
+  static const std::regex kThickness("sheet_thickness=([0-9.]+)(nm|um|mm|m|km)");
+  std::smatch found;
+  if (std::regex_search(message, found, kThickness)) {
+    const double metres = std::stod(found[1]) * kUnits.at(found[2]);
+    return fmt::format("{}sheet_thickness={:.4g}{}", found.prefix().str(), metres, found.suffix().str());
   }
   return message;
 }
@@ -121,10 +140,12 @@ py::tuple to_python(const vps::bake::StoredAsset& stored, const std::string& cac
 template <class Mesh>
 py::tuple bake(const Mesh& mesh, const py::dict& given, const std::string& cache) {
   const vps::bake::BakeSettings settings = to_settings(given);
+  const int threads = given["threads"].cast<int>();
   vps::bake::StoredAsset stored;
   {
     const py::gil_scoped_release release;
-    stored = vps::bake::load_or_bake(mesh, settings, cache);
+    tbb::task_arena processors(threads > 0 ? threads : tbb::task_arena::automatic);
+    processors.execute([&] { stored = vps::bake::load_or_bake(mesh, settings, cache); });
   }
   return to_python(stored, cache);
 }

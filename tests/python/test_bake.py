@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking from arrays, objects and files; the baker's module is a part of its own."""
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -114,14 +115,27 @@ def test_options(tmp_path):
     assert closed.volume == pytest.approx(1e-3) and closed.notes
 
 
+def test_options_of_accuracy_and_cost():
+    gear = MESHES / "gear.obj"
+    plain = vps.bake(gear, resolution=40)
+    assert len(vps.bake(gear, resolution=40, thin_faces=4).points.area) < 0.8 * len(plain.points.area)
+    assert vps.bake(gear, resolution=40, field_error=0.02).certificate.bound < 0.8 * plain.certificate.bound
+    assert vps.bake(gear, resolution=40, prove_bound=True).certificate.bound > plain.certificate.bound
+    wide = vps.bake(gear, resolution=40, band_inside=4, band_outside=3)
+    assert not same(wide, plain)
+    assert same(wide, vps.bake(gear, resolution=40, band_inside=4, band_outside=3, threads=1, memory=1e9))
+
+
 def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     vertices, faces = read_obj("cube.obj")
     with pytest.raises(vps.BakeError, match=";") as raised:
         vps.bake(vertices, faces[1:], voxel=0.01, repair="none")
     assert raised.value.stage
-    assert "repair=fill" in str(raised.value) and "sheet_thickness=" in str(raised.value)  # as vps.bake names them
+    assert re.search(r"repair=fill, .*sheet_thickness=0\.02 ", str(raised.value))  # as vps.bake names them, in metres
     with pytest.raises(vps.BakeError, match=r"unit right\? \(unit\)"):
         vps.bake(vertices, faces, voxel=1)
+    with pytest.raises(vps.BakeError, match="a higher memory$"):
+        vps.bake(vertices, faces, voxel=1e-3, memory=1e6)
     with pytest.raises(vps.BakeError, match="no_such.obj") as raised:
         vps.bake(tmp_path / "no_such.obj", voxel=0.01)
     assert raised.value.stage == "import"
@@ -144,6 +158,9 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     ({"voxel": np.nan}, ValueError, "voxel"),
     ({"voxel": "5mm"}, TypeError, "voxel: a number, not '5mm'"),
     ({"resolution": 10.5}, TypeError, "resolution: a whole number"),
+    ({"voxel": 0.01, "memory": "1GB"}, TypeError, "memory: a number, not '1GB'"),
+    ({"voxel": 0.01, "threads": -1}, ValueError, "threads: 0 to 1024"),
+    ({"voxel": 0.01, "thin_faces": 9}, vps.BakeError, "thin_faces is out of range"),
     ({"voxl": 0.01}, TypeError, "no option 'voxl'"),
     ({"voxel": 0.01, "unit": 0}, ValueError, "unit"),
     ({"voxel": 0.01, "faces": np.zeros((2, 3))}, TypeError, "integers"),

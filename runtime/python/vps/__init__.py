@@ -353,9 +353,14 @@ def open(source: Any, *, scale: float = 1.0) -> Asset:  # as gzip.open, lzma.ope
     return Asset(source, scale=scale)
 
 
+_BAKE_FLAGS = {"layers", "scaled", "real", "voxelmap", "pointshell", "prove_bound"}
+_BAKE_NUMBERS = {"voxel", "resolution", "max_error", "alpha", "sheet_thickness", "field_error", "thin_faces", "band_inside",
+                 "band_outside", "memory"}
+
+
 def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None = None, resolution: int | None = None,
          max_error: float | None = None, unit: float = 1.0, repair: str = "automatic", cache: Path | None = None,
-         **options: Any) -> Asset:
+         threads: int = 0, **options: Any) -> Asset:
     """Bakes a mesh: seconds for a part of 200 voxels. The same mesh and options give the same bytes.
 
     mesh: vertices of shape (n, 3) [m], with `faces` of shape (m, 3), counter-clockwise seen from outside; or an object with
@@ -366,29 +371,39 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
     unit: metres per unit of the mesh's numbers, such as 1e-3 for millimetres
     repair: what may be done to an open mesh: none, weld, stitch, fill, wrap, automatic
     cache: folder of assets baked before, which `vpsbake --cache` can share
-    options: layers, scaled, real, voxelmap, pointshell (True or False), alpha (spacing of the points in voxels),
-        sheet_thickness (open surfaces become solids this thick [m])
+    threads: at most so many processors; 0: all
+    options: as those of `vpsbake`
+        layers, scaled, real: fields to store (True or False)
+        voxelmap, pointshell: parts to bake (True or False)
+        field_error: error between samples that the field aims for, 0.01 to 1 [voxels]
+        prove_bound: prove the bound of the field's error in every cell (True or False)
+        band_inside, band_outside: how far the field reaches, 2 to 8 [voxels]
+        alpha: spacing of the points, 0.25 to 64 [voxels]
+        thin_faces: how many times farther apart they are inside flat faces, 1 to 4
+        sheet_thickness: open surfaces become solids this thick [m]
+        memory: a bake that would need more is refused [bytes, default 8e9]
 
     Needs the baker's module.
     """
     baker = _baker("vps.bake")
     given: dict[str, Any] = {"voxel": voxel, "resolution": resolution, "max_error": max_error, "repair": repair, **options}
     settings = {name: value for name, value in given.items() if value is not None}
-    unknown = sorted(given.keys() - {
-        "voxel", "resolution", "max_error", "repair", "layers", "scaled", "real", "voxelmap", "pointshell", "alpha",
-        "sheet_thickness"})
+    unknown = sorted(given.keys() - _BAKE_FLAGS - _BAKE_NUMBERS - {"repair"})
     if unknown:
         raise TypeError(f"vps.bake has no option {unknown[0]!r}")
     if sum(name in settings for name in ("voxel", "resolution", "max_error")) != 1:
         raise ValueError("give one of voxel, resolution and max_error")
-    for name in ("voxel", "max_error", "alpha", "sheet_thickness", "resolution"):
-        value = number(name, settings.get(name, 1))
+    for name in sorted(settings.keys() & _BAKE_NUMBERS):
+        value = number(name, settings[name])
         if name == "resolution" and not isinstance(value, (int, np.integer)):
-            raise TypeError(f"resolution: a whole number, not {value!r}")
-        if name != "alpha" and not 0 < value < np.inf:  # of alpha the baker knows the range
+            raise TypeError(f"{name}: a whole number, not {value!r}")
+        if not 0 < value < np.inf:  # the baker knows the ranges of the others
             raise ValueError(f"{name}: finite and more than 0, not {value!r}")
     if not 0 < number("unit", unit) < np.inf:
         raise ValueError("unit: finite and more than 0 m")
+    settings["threads"] = _threads(threads)
+    if "memory" in settings:
+        settings["memory"] = int(settings["memory"])
     folder = "" if cache is None else os.fspath(cache)
     if isinstance(mesh, (str, os.PathLike)):
         if faces is not None:
