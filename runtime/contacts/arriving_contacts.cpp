@@ -110,18 +110,19 @@ Vec3 normal_of(const Partner& partner, const FoundContacts& found, const Contact
   return dot(normal, normal) > 0 ? normal : contact.inward_normal;
 }
 
-// Whether one of the bodies rolls: it turns about the deepest contact faster than it falls onto it, and does not fall
-// far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
-// all contacts push it out.
-bool rolls(const StepPair& pair, const Partner& of_partner, const Course& shell, const Course& partner,
-           const FoundContacts& found) {
+// One of the bodies rolls if it turns about the deepest contact faster than it falls onto it, and does not fall far.
+// Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll: all
+// contacts push it out.
+Rolling rolling(const StepPair& pair, const Partner& of_partner, const Course& shell, const Course& partner,
+                const FoundContacts& found) {
   constexpr float kDeep_vx = 2;
-  constexpr float kHop_vx = 5;  // a wheel comes down from its hops
+  constexpr float kHop_vx = 5;     // a wheel comes down from its hops
+  constexpr float kBeside_vx = 4;  // a contact slides as far
   const auto voxel = static_cast<float>(pair.voxel_size);
   const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
-  if (deepest == found.contacts.end()) return true;
-  if (deepest->penetration > kDeep_vx * voxel) return false;
+  if (deepest == found.contacts.end()) return {};
+  if (deepest->penetration > kDeep_vx * voxel) return {0, {}, {}};
   const Vec3 place = deepest->position;
   const RelativeMotion motion = difference(shell.motion, partner.motion);
   const Vec3 normal = normal_of(of_partner, found, *deepest);
@@ -130,9 +131,15 @@ bool rolls(const StepPair& pair, const Partner& of_partner, const Course& shell,
   const Course& roller = shell.turned_at(place) >= partner.turned_at(place) ? shell : partner;
   const float turned = roller.turned_at(place);
   const float from_rest = kStepsFromRest * length(pair.shell_motion->fall - pair.field_motion->fall);
-  if (found.is_joint && turned < kTurned_vx * voxel) return false;
+  if (found.is_joint && turned < kTurned_vx * voxel) return {0, {}, {}};
   // A body that spins as it lands may have a contact that hardly falls, but its centre does.
-  return turned > fall && std::max(fall, fall_at(roller.centre)) < kHop_vx * voxel + from_rest;
+  const float farthest = std::max(fall, fall_at(roller.centre));
+  if (!(turned > fall && farthest < kHop_vx * voxel + from_rest)) return {0, {}, {}};
+  // A round body's points that arrive as it turns by `angle` and falls by `farthest`: h^2 / 2 = angle h + farthest / r.
+  const float angle = length(roller.motion.turn);
+  const float radius = turned / angle;
+  const float reach = radius * (angle + std::sqrt(angle * angle + 2 * farthest / radius));
+  return {reach + kBeside_vx * voxel, place, (1 / angle) * cross(roller.motion.turn, normal)};
 }
 
 }  // namespace
@@ -200,7 +207,7 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });
-  found.may_slide = rolls(pair, partner, of_shell, of_partner, found);
+  found.rolling = rolling(pair, partner, of_shell, of_partner, found);
 }
 
 }  // namespace vps::detail

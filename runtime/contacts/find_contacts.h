@@ -3,12 +3,21 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/step_pair.h"
 
 namespace vps::detail {
+
+/// A body that rolls: surfaces near the deepest contact roll past.
+struct Rolling {
+  float reach = std::numeric_limits<float>::infinity();  ///< how far along the way; 0: it does not roll. [m]
+  Vec3 from, along;                                      ///< the deepest contact; unit. Contacts' frame
+
+  [[nodiscard]] bool is_beside(Vec3 place) const { return std::abs(dot(along, place - from)) > reach; }
+};
 
 struct FoundContacts {
   /// Points of the shell that are not among `contacts`: few of them are chosen later.
@@ -35,9 +44,9 @@ struct FoundContacts {
   Refined refined = Refined::none;
   float arriving_beyond = std::numeric_limits<float>::infinity();  ///< [m]
   float turn = 0;  ///< of the bodies relative to each other, in a step with contacts ahead. [rad]
-  /// Whether contacts other than the deepest may leave the shell's samples. Those of a body that falls stay spread out:
+  /// Where contacts other than the deepest may leave the shell's samples. Those of a body that falls stay spread out:
   /// they stop it in time.
-  bool may_slide = true;
+  Rolling rolling;
   /// Some are places in the shell's distance field (see is_on_map): a sphere's, or corners. There are no segments then.
   bool has_map_contacts = false;
   std::uint32_t shell_points = 0;
@@ -51,8 +60,15 @@ struct FoundContacts {
   [[nodiscard]] bool is_ahead(const Contact& contact) const { return contact.penetration < -arriving_beyond; }
   /// Whether bodies that move together meet there only if one of them is stopped.
   [[nodiscard]] bool is_met_alone(const Contact& contact) const {
-    if (!is_joint || !is_ahead(contact)) return false;
-    return -contact.penetration > arriving_beyond - dot(contact.inward_normal, way_at(motion, contact.position));
+    return is_joint && is_ahead(contact) && !closes(contact);
+  }
+  /// Whether a contact ahead lies on a surface that does not roll past.
+  [[nodiscard]] bool is_beside_roll(const Contact& contact) const {
+    return is_ahead(contact) && rolling.is_beside(contact.position) && closes(contact);
+  }
+  /// Whether the gap of a contact ahead closes in the step, in the plane where it arrives.
+  [[nodiscard]] bool closes(const Contact& contact) const {
+    return -contact.penetration <= arriving_beyond - dot(contact.inward_normal, way_at(motion, contact.position));
   }
   [[nodiscard]] bool is_refined(const Contact& contact) const {
     return refined == Refined::all || is_on_map(contact) || (refined == Refined::arriving && is_ahead(contact));

@@ -24,7 +24,7 @@ std::vector<Slid>* recalled(const StepPair& pair, std::uint64_t sheet, PairMemor
 
 SlidingContact to_slide(const FoundContacts& found, ManifoldContact& contact) {
   SlidingContact out{&contact, contact.feature};
-  if (found.is_on_map(contact) || found.is_met_alone(contact)) {
+  if (found.is_on_map(contact) || found.is_met_alone(contact) || found.is_beside_roll(contact)) {
     out.kind = SlidingContact::Kind::fixed;
   } else if (found.is_ahead(contact)) {
     out.kind = SlidingContact::Kind::ahead;
@@ -67,7 +67,8 @@ std::size_t move_between_samples(const StepPair& pair, const Partner& partner, c
   sliding.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) sliding[i] = to_slide(found, contacts[i]);
   const float voxel = pair.distances.voxel_size;
-  const SlideOptions options{voxel, map != nullptr ? map->voxel_size : 0, !found.may_slide, found.turn > kRolls};
+  const SlideOptions options{voxel, map != nullptr ? map->voxel_size : 0, !(found.rolling.reach > 0),
+                             found.turn > kRolls};
   Slides slides(options, sliding, recalled(pair, partner.sheet != nullptr ? partner.sheet->version() : 0, memory));
   if (!slides.recall()) {
     const PlacedField distances(pair.distances,

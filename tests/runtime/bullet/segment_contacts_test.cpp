@@ -162,7 +162,7 @@ bool rolls(const bullet::Pair& pair, Contact contact) {
   found.contacts = {&contact, 1};
   detail::keep_arriving(of_step, *partner.of(pair, true), found);
   EXPECT_EQ(found.contacts.size(), 1U);
-  return found.may_slide;
+  return found.rolling.reach > 0;
 }
 
 // A static body gives the points, and Bullet's cylinder falls on it with little spin, here or far from the origin.
@@ -204,6 +204,33 @@ TEST(SegmentContacts, ABodyThatSpinsAsItLandsDoesNotRoll) {
     contact.position = {0, kEnd, -0.02F};
     contact.inward_normal = {0, 0, -1};
     EXPECT_EQ(rolls(pair, contact), speed < 5);
+  }
+}
+
+// A bar stands on one end like a wheel that rolls. In a step its other end comes down through a thin plate.
+TEST(SegmentContacts, TheFarEndOfABarThatSlapsDownDoesNotRollPast) {
+  const btVector3 half(btScalar(0.1), btScalar(0.005), btScalar(0.003));
+  bullet::Shape bar(baked_at(make_box({0.1, 0.005, 0.003}), 0.002));
+  btBoxShape plate({1, 1, btScalar(0.002)});
+  const auto lowest_of = [&](const btTransform& pose) {
+    return double(pose.getOrigin().z() - pose.getBasis()[2].absolute().dot(half));
+  };
+  for (const double about_x : {0.0, 0.3, 0.6}) {
+    for (const double tilt : {0.1, 0.15, 0.2}) {
+      World scene;
+      scene.add(plate, 0, {0, 0, btScalar(-0.002)});
+      btTransform pose(btQuaternion({0, 1, 0}, btScalar(-tilt)) * btQuaternion({1, 0, 0}, btScalar(about_x)));
+      pose.getOrigin().setZ(btScalar(0.0003 - lowest_of(pose)));
+      btRigidBody& body = scene.add(bar, btScalar(0.05), pose);
+      body.setLinearVelocity({0, 0, btScalar(-1.2)});
+      body.setAngularVelocity({0, 12, 0});
+      double lowest = 0;
+      for (int i = 0; i < 10; ++i) {
+        scene.step(1, btScalar(1.0 / 60));
+        lowest = std::min(lowest, lowest_of(body.getWorldTransform()));
+      }
+      EXPECT_GT(lowest, -0.003) << about_x << ", " << tilt;
+    }
   }
 }
 
