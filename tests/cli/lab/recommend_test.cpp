@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/lab/assets.h"
@@ -122,6 +123,8 @@ TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
   EXPECT_NE(none.err.find("no setting that was tried keeps within the limits; the nearest, `vpsbake "),
             std::string::npos);
   EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1);
+  std::ofstream(folder.path() / "sheet.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  expect_refusal(folder, "recommend sheet.obj --max-error 1mm", 3, "sheet.obj: the mesh is open");
   expect_refusal(folder, "recommend " + sample("icosphere"), 1, "--max-error, --max-time or --max-bytes is required");
   expect_refusal(folder, "recommend " + sample("icosphere") + " --max-time 20", 1, "needs a unit");
 }
