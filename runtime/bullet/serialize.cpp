@@ -106,17 +106,18 @@ int reattach(btCollisionWorld& world, std::span<Shape* const> shapes) {
   Reattach reattach(shapes);
   for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
     btCollisionObject* const object = world.getCollisionObjectArray()[i];
+    const int before = reattach.count;
     btCollisionShape* const shape = reattach.in_place_of(object->getCollisionShape());
-    if (shape == object->getCollisionShape()) continue;
-    object->setCollisionShape(shape);
+    if (reattach.count == before) continue;
     btRigidBody* const body = btRigidBody::upcast(object);
-    if (body != nullptr && body->getInvMass() > 0) {
+    if (shape != object->getCollisionShape() && body != nullptr && body->getInvMass() > 0) {
       const btScalar mass = 1 / body->getInvMass();
       btVector3 inertia;
       shape->calculateLocalInertia(mass, inertia);
       body->setMassProps(mass, inertia);
       body->updateInertiaTensor();
     }
+    object->setCollisionShape(shape);
     world.getBroadphase()->getOverlappingPairCache()->cleanProxyFromPairs(object->getBroadphaseHandle(),
                                                                           world.getDispatcher());
     world.updateSingleAabb(object);

@@ -130,9 +130,14 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
   return out;
 }
 
-double way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead) {
-  if (!finds_ahead(first, second, ahead)) return 0;
-  return double{detail::approach(motion_in_step(first, step), motion_in_step(second, step), 0).way};
+WayAhead way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead) {
+  if (!finds_ahead(first, second, ahead)) return {};
+  const StepMotion motions[] = {motion_in_step(first, step), motion_in_step(second, step)};
+  const detail::Approach approach = detail::approach(motions[0], motions[1], 0);
+  // Either of two bodies that move together may be stopped.
+  if (approach.is_joint || !(approach.way > 0)) return {{0, 0, 0}, approach.way};
+  const btVector3 way = to_bt(motions[1].way - motions[0].way);
+  return {way, std::max(btScalar(approach.way) - way.length(), btScalar(0))};
 }
 
 detail::StepPair in_step(const Pair& pair, const PairStep* step) {

@@ -53,8 +53,12 @@ struct PairStep {
 [[nodiscard]] PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance,
                                LookAhead ahead);
 
-/// How far ahead contacts of any of the bodies' parts are sought in a step. [m]
-[[nodiscard]] double way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead);
+/// How far ahead contacts of any of the bodies' parts are sought in a step.
+struct WayAhead {
+  btVector3 way{0, 0, 0};  ///< of the second body relative to the first, world. [m]
+  btScalar around = 0;     ///< in any direction in addition. [m]
+};
+[[nodiscard]] WayAhead way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead);
 
 /// The pair for the engine-neutral path.
 /// @param step  of the pair, whose first body gives the shell; null: without motions. Used by the result

@@ -68,6 +68,24 @@ TEST(Compound, AFastBodyStopsAtThinChildrenAndAsAChild) {
   }
 }
 
+// A manifold's threshold grows with the whole compound: contacts with the sides of boxes would be found far ahead.
+TEST(Compound, BulletsOwnChildrenFlyOverJointsAsBulletLetsThem) {
+  World scene;
+  bullet::Shape shape(brick());
+  btSphereShape ball(btScalar(0.05));
+  btBoxShape tile({btScalar(0.1), btScalar(0.1), btScalar(0.1)});
+  scene.world.setGravity({0, 0, 0});
+  for (int i = 0; i < 20; ++i) scene.add(tile, 0, {btScalar(0.2) * btScalar(i), 0, btScalar(-0.1)});
+  btCompoundShape compound;
+  compound.addChildShape(btTransform::getIdentity(), &ball);
+  compound.addChildShape(btTransform(btQuaternion::getIdentity(), {0, 0, 3}), &shape);
+  btRigidBody& body = scene.add(compound, 1, {btScalar(0.03), 0, btScalar(0.051)});
+  body.setLinearVelocity({30, 0, 0});
+  scene.step(20);
+  EXPECT_EQ(body.getLinearVelocity().x(), 30);
+  EXPECT_EQ(body.getLinearVelocity().z(), 0);
+}
+
 TEST(Compound, ContactTestsDoNotLookAhead) {
   for (const std::string brick_is : {"plain", "child"}) {
     World scene;
