@@ -26,6 +26,7 @@ std::string size_of(const Extent& mesh) {
 
 double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
   const double longest = (mesh.bounds_max - mesh.bounds_min).maxCoeff();
+  if (!(longest > 0)) refuse_plan("all vertices of the mesh are one point; check the export");
   const double s = options.voxel_size > 0 ? options.voxel_size : longest / options.resolution;
   if (!(std::isfinite(s) && s > 0)) refuse_plan("no voxel size; give --voxel or --resolution");
   if (s > longest) {

@@ -238,7 +238,8 @@ const char* describe(Status status) noexcept {
     case Status::corrupt_payload:
       return "the data do not match their hash; copy or bake the asset again";
     case Status::missing_part:
-      return "the asset lacks the part that is asked for; bake it with --parts voxelmap,pointshell";
+      return "the asset lacks the part or field that is asked for; bake it with --parts voxelmap,pointshell, or "
+             "--fields";
     case Status::bad_pose:
       return "a pose is not finite, not a rotation or farther than 1e12 m; check its matrix";
     case Status::output_full:

@@ -427,7 +427,8 @@ typedef struct VpsSeparation {
 
 /// Finds the deepest point of a shell, with bounds for the true surfaces. Beyond the band a voxelmap says little:
 /// bodies that are apart are compared shell with shell, where the voxelmap's asset has points, and the deepest point is
-/// found to a fiftieth of the distance. Without these it may be another one than the closest, as `upper` says.
+/// found to a fiftieth of the distance. Without these it may be another one than the closest, as `upper` says. A
+/// field's body that lies wholly inside the shell's counts as apart: no surface of the shell is inside it.
 /// @param shell_to_field  as for vps_traverse
 /// @param options         NULL: all zero
 VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,

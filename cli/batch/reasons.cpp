@@ -136,6 +136,7 @@ Standing compare_with_asset(const Job& job) {
   Asset asset;
   Status status = Asset::open(job.asset().c_str(), asset);
   if (status == Status::ok) status = asset.verify();
+  if (status == Status::wrong_version) return because(describe(status));
   if (status != Status::ok) return because(fmt::format("the asset is damaged: {}", describe(status)));
   const bake::BakeRecord had = bake::record_of(asset);
   if (had.text.empty()) return because("the asset does not say what it was baked from");

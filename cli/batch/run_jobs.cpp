@@ -264,10 +264,12 @@ class Runner {
     result.memory_bytes = std::max(result.memory_bytes, run.peak_memory_bytes);
     using End = ProgramResult::End;
     const std::string warning = complaint(run.err, "warning", job.mesh.string());
-    if (!warning.empty())
+    if (!warning.empty()) {
       tell([&] {
-        if (warnings_.insert(warning).second) observer_.warned(warning);
+        if (warnings_.insert(warning).second) observer_.warned(job, warning);
       });
+      result.notes.push_back(warning);
+    }
     std::string note = complaint(run.err, "note", job.mesh.string());
     if (!note.empty()) result.notes.push_back(std::move(note));
     result.state = State::failed;

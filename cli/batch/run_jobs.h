@@ -45,7 +45,8 @@ struct JobResult {
 struct Observer {
   std::function<void(const Job&)> began;
   std::function<void(const Job&, const JobResult&)> ended;
-  std::function<void(const std::string& line)> warned;  ///< each warning once
+  /// Each warning once, with the first mesh that has it.
+  std::function<void(const Job& job, const std::string& line)> warned;
 };
 
 /// Results in the order of the jobs. A mesh that two jobs bake with the same settings is baked once. Assets that are up

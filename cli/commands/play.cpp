@@ -130,9 +130,9 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
     }
     line.ended(job);
   };
-  observer.warned = [&](const std::string& text) {
+  observer.warned = [&](const Job& job, const std::string& text) {
     line.clear();
-    complain("warning", "batch", text);
+    complain("warning", job.mesh.string(), text);
   };
   if (arguments.verbosity != Verbosity::quiet && std::any_of(jobs.begin(), jobs.end(), has_default_grid)) {
     complain("note", "batch",

@@ -47,6 +47,7 @@ class Lint {
         const Shape* const shape = as_vps(leaf.shape);
         if (shape == nullptr) return void(others_ = true);
         if (any_ == nullptr) any_ = shape;
+        if (!shape->asset().is_open()) return;
         finest_ = std::min(finest_, shape->info().voxel_size);
         shells_ = shells_ || shape->pointshell().points > 0;
         springs_ = springs_ || shape->foundation().stiffness > 0;
@@ -54,7 +55,7 @@ class Lint {
       });
     }
     if (any_ == nullptr) return {};
-    look_at_world();
+    if (std::isfinite(finest_)) look_at_world();  // else no asset is open
     for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
       const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
       for_each_leaf(object, [&](const Leaf& leaf) { look_at_shape(object, *leaf.shape); });
@@ -134,6 +135,14 @@ class Lint {
   void look_at_shape(const btCollisionObject& object, const btCollisionShape& shape) {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
+      if (!vps->asset().is_open()) {
+        return add(&object, "Asset::open",
+                   "its asset is not open, so it has no contacts: check the status of Asset::open");
+      }
+      if (vps->segment_level() > 0 && vps->foundation().stiffness > 0) {
+        add(&object, "set_segments",
+            "with segments its contacts are rigid: leave them out for the springs of set_foundation");
+      }
       if (vps->refuses_scaling()) {
         add(&object, "setLocalScaling",
             "a baked shape is scaled by one positive factor, from 0.001 to 1000; this scaling was not applied");
@@ -178,6 +187,7 @@ class Lint {
     btVector3 high;
     body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
     const double size = double((high - low).length());
+    if (!(size > 0)) return;
     const double travel = double(velocity_of(body).linear.length()) * step_;
     if (travel > 0.25 * size) {
       add(&body, "ContinuousMotion",

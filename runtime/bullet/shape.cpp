@@ -129,10 +129,17 @@ bool hit_by_field(const Shape& shape, btTriangleRaycastCallback& ray) {
 }  // namespace
 
 Shape::Shape(std::shared_ptr<const Asset> asset, Part part, Axes axes)
-    : serial_(next_serial()), asset_(std::move(asset)), part_(part), axes_(axes), label_(asset_key(*asset_)) {
+    : serial_(next_serial()),
+      asset_(asset != nullptr ? std::move(asset) : std::make_shared<const Asset>()),
+      part_(part),
+      axes_(axes),
+      label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
   set_scale(1);
+  if (asset_->is_open()) return;
+  send_message(*this, "its asset is not open, so it has no contacts: check the status of Asset::open");
+  sent_ = ~std::uint32_t{0};  // other messages would mislead
 }
 
 void Shape::set_scale(btScalar scale) {
@@ -252,6 +259,7 @@ std::array<double, 3> Shape::moments_of(double mass) const {
 }
 
 void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
+  if (!asset_->is_open()) return inertia.setZero();
   const double density = static_cast<double>(mass) / info_.volume;
   inertia = vector3(moments_of(static_cast<double>(mass)));
   // Aerogel has 1 kg/m^3, osmium 22,600. A density far outside this range means mixed units of mass and size.

@@ -119,6 +119,8 @@ def test_facts(sphere, cube):
 
 def test_a_scale_multiplies_lengths(sphere, points):
     with vps.open(bytes(sphere._bytes), scale=3) as large:
+        with pytest.raises(ValueError, match="scale of 3"):
+            large.save("large.vps.hdf")
         assert large.scale == 3 and large.voxel_size == pytest.approx(3 * sphere.voxel_size)
         assert np.allclose(large.distance(3 * points), 3 * sphere.distance(points), rtol=1e-3, atol=1e-6)
         assert np.allclose(large.surface(8e-3).vertices, 3 * sphere.surface(8e-3 / 3).vertices, atol=1e-5)

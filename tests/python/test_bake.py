@@ -134,6 +134,7 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     assert re.search(r"repair=fill, .*sheet_thickness=0\.02 ", str(raised.value))  # as vps.bake names them, in metres
     with pytest.raises(vps.BakeError, match=r"unit right\? \(unit\)"):
         vps.bake(vertices, faces, voxel=1)
+    assert same(vps.bake(vertices, faces, voxel=0.01), vps.bake(vertices, faces, voxel=0.01, memory=1e30))
     with pytest.raises(vps.BakeError, match="a higher memory$"):
         vps.bake(vertices, faces, voxel=1e-3, memory=1e6)
     with pytest.raises(vps.BakeError, match="no_such.obj") as raised:
@@ -161,6 +162,7 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     ({"voxel": 0.01, "memory": "1GB"}, TypeError, "memory: a number, not '1GB'"),
     ({"voxel": 0.01, "threads": -1}, ValueError, "threads: 0 to 1024"),
     ({"voxel": 0.01, "thin_faces": 9}, vps.BakeError, "thin_faces is out of range"),
+    ({"resolution": 2**40}, ValueError, "resolution: 1 to 8192"),
     ({"voxl": 0.01}, TypeError, "no option 'voxl'"),
     ({"voxel": 0.01, "unit": 0}, ValueError, "unit"),
     ({"voxel": 0.01, "faces": np.zeros((2, 3))}, TypeError, "integers"),

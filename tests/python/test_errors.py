@@ -200,7 +200,7 @@ def test_options_of_bakes_of_a_wrong_type():
             ({"sheet_thickness": np.nan}, ValueError, "sheet_thickness: finite"),
             ({"faces": [[0, 1, 2]]}, TypeError, "faces: a mesh file has its own")):
         _one_line(error, text, lambda options=options: vps.bake(mesh, voxel=0.01, **options))
-    _one_line(TypeError, "resolution: 1000", lambda: vps.bake(mesh, resolution=10**30))
+    _one_line(ValueError, "resolution: 1 to 8192", lambda: vps.bake(mesh, resolution=10**30))
 
 
 def test_numbers_of_queries_that_are_no_numbers(sphere):

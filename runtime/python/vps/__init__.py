@@ -335,10 +335,12 @@ class Asset:
         """Writes the asset's file, NAME.vps.hdf by convention: for `vps.open`, vpsbake, C, C++ and Bullet.
 
         The file appears whole or not at all. It replaces an asset of this name, also one that is open. Raises
-        FileExistsError where the name belongs to anything else.
+        FileExistsError where the name belongs to anything else, ValueError for an asset opened with a scale.
         """
         if self._bytes is None:
             raise ValueError("the asset is closed")
+        if self.scale != 1:
+            raise ValueError(f"the file would not keep the scale of {self.scale:g}: save an asset opened without one")
         _write_whole(path, self._bytes)
 
 
@@ -395,15 +397,15 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
         raise ValueError("give one of voxel, resolution and max_error")
     for name in sorted(settings.keys() & _BAKE_NUMBERS):
         value = number(name, settings[name])
-        if name == "resolution" and not isinstance(value, (int, np.integer)):
-            raise TypeError(f"{name}: a whole number, not {value!r}")
         if not 0 < value < np.inf:  # the baker knows the ranges of the others
             raise ValueError(f"{name}: finite and more than 0, not {value!r}")
+    if "resolution" in settings:
+        whole("resolution", settings["resolution"], 1, 8192)
     if not 0 < number("unit", unit) < np.inf:
         raise ValueError("unit: finite and more than 0 m")
     settings["threads"] = _threads(threads)
     if "memory" in settings:
-        settings["memory"] = int(settings["memory"])
+        settings["memory"] = int(min(settings["memory"], 2**62))
     folder = "" if cache is None else os.fspath(cache)
     if isinstance(mesh, (str, os.PathLike)):
         if faces is not None:
@@ -424,7 +426,8 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
 
 def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: float = 0.0, most: int | None = None,
              threads: int = 0) -> Contacts:
-    """Points of one body in contact with the other, for each pose. The body with fewer points gives them.
+    """Points of one body in contact with the other, for each pose. The body with fewer points gives them; if it holds the
+    other one wholly inside, there are none.
 
     With `most`, the few contacts that an engine takes for a step: the deepest of each pose first, then those that are deep
     and far from others. They lie midway between the surfaces, not only at points, and have the normal and depth of the
@@ -451,7 +454,8 @@ def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: flo
 
 def separation(first: Asset, second: Asset, poses: npt.ArrayLike, *, tolerance: float = 0.0,
                threads: int = 0) -> Separation:
-    """Distance between two bodies, with bounds for their true surfaces, for each pose.
+    """Distance between two bodies, with bounds for their true surfaces, for each pose. Of surfaces, not of solids: a body
+    that lies wholly inside another one, without touching it, may count as apart.
 
     Beyond the band the closest points are found to 2 % of the distance if both bodies have points.
     poses: shape (..., 4, 4), take the second body's frame to the first's

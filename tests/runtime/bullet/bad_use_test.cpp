@@ -41,6 +41,23 @@ TEST_F(BadUse, APairThatLacksAPartSaysSoOnce) {
   EXPECT_EQ(lines.size(), 1U);
 }
 
+TEST_F(BadUse, AnAssetThatIsNotOpenSaysSoAndNothingElse) {
+  for (const bool is_null : {false, true}) {
+    lines.clear();
+    World scene;
+    bullet::Shape shape(is_null ? nullptr : std::make_shared<Asset>());
+    btBoxShape box({1, 1, btScalar(0.5)});
+    scene.add(box, 0, {0, 0, btScalar(-0.5)});
+    btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.045)});
+    scene.step(2);
+    expect_one_line("its asset is not open");
+    EXPECT_LT(body.getWorldTransform().getOrigin().z(), 0.045);
+    const std::vector<bullet::Advice> advice = bullet::lint(scene.world, btScalar(1.0 / 240));
+    ASSERT_EQ(advice.size(), 1U);
+    EXPECT_EQ(advice[0].setting, "Asset::open");
+  }
+}
+
 TEST_F(BadUse, ADispatcherWithoutTheAlgorithmIsTold) {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
