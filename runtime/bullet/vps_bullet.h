@@ -240,9 +240,8 @@ inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 /// Registers the algorithm in both tables of a stock dispatcher, for both orders of a pair. Call it after GImpact's
 /// registration, which overwrites entries. Compounds with a Shape, and those that meet one, ask each child's algorithm;
 /// other compounds keep Bullet's own: remove a body whose compound gets its first Shape, and add it again. Every
-/// dispatcher must be registered. An unregistered one is reported in the first
-/// step if a Shape meets a convex shape of Bullet, or if the program has registered no dispatcher at all. lint and
-/// ContinuousMotion report it in any world.
+/// dispatcher must be registered. An unregistered one is reported in the first step if a Shape meets a convex shape of
+/// Bullet, or if the program has registered no dispatcher at all. lint and ContinuousMotion report it in any world.
 void register_algorithm(btCollisionDispatcher& dispatcher);
 
 }  // namespace vps::bullet

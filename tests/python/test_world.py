@@ -123,7 +123,7 @@ def test_a_hinge_turns_a_body(cube):
 
 def test_a_slider_slides_against_another_body(cube):
     world = vps.World()
-    rail = world.add_box([0.5, 0.02, 0.02], fixed=True)
+    rail = world.add_box([0.5, 0.02, 0.02], fixed=True, mass=0)
     body = world.add(cube, pose=shifted(0, 0, 0.3))
     slider = world.slider(body, rail, axis=(1, 0, 0))
     slider.drive(speed=0.1, effort=1000)
@@ -263,6 +263,8 @@ def test_wrong_arguments_are_named_in_one_line(cube):
             (TypeError, "restitution: ", lambda: world.add(cube, restitution=None)),
             (ValueError, "half_extents: ", lambda: world.add_box([1, 1])), (ValueError, "half_extents: ", lambda: world.add_box(1)),
             (ValueError, "half_extents: ", lambda: world.add_box([[1, 1, 1]])),
+            (ValueError, "half_extents: more than 0", lambda: world.add_box([0, 1, 1])),
+            (ValueError, "radius: more than 0", lambda: world.add_sphere(0)),
             (TypeError, "radius: ", lambda: world.add_sphere("x")), (ValueError, "normal: ", lambda: world.add_plane((1, 1))),
             (TypeError, "offset: ", lambda: world.add_plane(offset="x")), (TypeError, "count: ", lambda: world.step(1.5)),
             (ValueError, "count: ", lambda: world.step(-1)), (ValueError, "count: ", lambda: world.step(2**63)),

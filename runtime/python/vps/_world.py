@@ -177,6 +177,8 @@ class World:
                 restitution: float = 0.0, name: str = "") -> Body:
         """Adds a box. half_extents: shape (3,) [m]; the others as for `add`."""
         half_extents = one_array("half_extents", half_extents, (3,))
+        if not np.all(half_extents > 0):
+            raise ValueError("half_extents: more than 0 m")
         volume = float(8 * np.prod(half_extents))
         options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
         return self._enter(self._world.add_box(half_extents, options), name)
@@ -185,7 +187,10 @@ class World:
                    fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
                    name: str = "") -> Body:
         """Adds a sphere. radius: [m]; the others as for `add`."""
-        volume = 4 / 3 * np.pi * number("radius", radius) ** 3
+        radius = number("radius", radius)
+        if not radius > 0:
+            raise ValueError("radius: more than 0 m")
+        volume = 4 / 3 * np.pi * radius**3
         options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
         return self._enter(self._world.add_sphere(radius, options), name)
 
@@ -233,6 +238,8 @@ class World:
 
 def _mass(mass: float | None, density: float, volume: float, stays: bool) -> float:
     given = number("density", density) * volume if mass is None else number("mass", mass)
+    if stays and given == 0:
+        return 0.0
     if not np.finfo(np.float32).tiny <= given <= np.finfo(np.float32).max:
         raise ValueError("density and mass: finite and more than 0, in single precision")
     return 0.0 if stays else given

@@ -64,8 +64,13 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   bullet::Shape* others[] = {&other};
   EXPECT_EQ(bullet::reattach(loaded.world, others), 0);
   bullet::Shape* shapes[] = {&other, &shape};
+  loaded.step(1);
+  const btBroadphasePairArray& pairs = loaded.world.getPairCache()->getOverlappingPairArray();
+  ASSERT_GE(pairs.size(), 2);
   const int count = bullet::reattach(loaded.world, shapes);
   EXPECT_EQ(count, 3);  // one of a body, two of children
+  // Their algorithms were made for boxes.
+  for (int i = 0; i < pairs.size(); ++i) EXPECT_EQ(pairs[i].m_algorithm, nullptr);
   for (int i = 0; i < 3; ++i) {
     loaded.world.getCollisionObjectArray()[i]->setActivationState(DISABLE_DEACTIVATION);
   }
