@@ -215,9 +215,7 @@ void CompoundAlgorithm::process_child(int child, btCollisionAlgorithm*& algorith
 btCollisionAlgorithm* create_for_compounds(btCollisionAlgorithmConstructionInfo& info,
                                            const btCollisionObjectWrapper* first,
                                            const btCollisionObjectWrapper* second, LookAhead ahead) {
-  if (has_shape(*first, *second)) {
-    return CompoundAlgorithm::create(*info.m_dispatcher1, ahead);
-  }
+  if (has_shape(*first, *second)) return CompoundAlgorithm::create(*info.m_dispatcher1, ahead);
   btCollisionConfiguration& stock =
       *static_cast<btCollisionDispatcher*>(info.m_dispatcher1)->getCollisionConfiguration();
   const int types[] = {first->getCollisionShape()->getShapeType(), second->getCollisionShape()->getShapeType()};

@@ -129,31 +129,27 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
 
 std::atomic<bool> registered{false};
 
-template <LookAhead looks_ahead>
-struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper*,
-                                                 const btCollisionObjectWrapper*) override {
-    void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ContactAlgorithm));
-    return new (memory) ContactAlgorithm(info, looks_ahead);
-  }
-};
+btCollisionAlgorithm* create_for_shapes(btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper*,
+                                        const btCollisionObjectWrapper*, LookAhead ahead) {
+  void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ContactAlgorithm));
+  return new (memory) ContactAlgorithm(info, ahead);
+}
 
-template <LookAhead looks_ahead>
-struct CreateCompoundAlgorithm final : btCollisionAlgorithmCreateFunc {
+// Stateless: one instance serves every dispatcher and outlives them all.
+template <auto kCreate, LookAhead kAhead>
+struct CreateAlgorithm final : btCollisionAlgorithmCreateFunc {
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper* first,
                                                  const btCollisionObjectWrapper* second) override {
-    return create_for_compounds(info, first, second, looks_ahead);
+    return kCreate(info, first, second, kAhead);
   }
 };
 
 // For both orders of a pair, in the tables for steps and for tests.
-// @tparam Create  stateless: one instance serves every dispatcher and outlives them all
-template <template <LookAhead> class Create>
+template <auto kCreate>
 void register_pair(btCollisionDispatcher& dispatcher, int type, int other) {
-  static Create<LookAhead::yes> create;
-  static Create<LookAhead::no> create_for_tests;
+  static CreateAlgorithm<kCreate, LookAhead::yes> create;
+  static CreateAlgorithm<kCreate, LookAhead::no> create_for_tests;
   for (const auto& [first, second] : {std::pair{type, other}, std::pair{other, type}}) {
     dispatcher.registerCollisionCreateFunc(first, second, &create);
     dispatcher.registerClosestPointsCreateFunc(first, second, &create_for_tests);
@@ -171,11 +167,11 @@ void register_algorithm(btCollisionDispatcher& dispatcher) {
   // The algorithms find the bodies' roles by their shapes, so they need no swapped variants.
   for (int partner = 0; partner < CONCAVE_SHAPES_END_HERE; ++partner) {
     if (partner != kProxyType && !is_partner_field(partner) && !is_triangle_mesh(partner)) continue;
-    register_pair<CreateContactAlgorithm>(dispatcher, kProxyType, partner);
+    register_pair<create_for_shapes>(dispatcher, kProxyType, partner);
     // GImpact's algorithm would use the surfels of Shapes in compounds.
-    register_pair<CreateCompoundAlgorithm>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, partner);
+    register_pair<create_for_compounds>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, partner);
   }
-  register_pair<CreateCompoundAlgorithm>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE);
+  register_pair<create_for_compounds>(dispatcher, COMPOUND_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE);
 }
 
 bool is_registered(btDispatcher& dispatcher, const Shape& shape) {

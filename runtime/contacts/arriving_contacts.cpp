@@ -104,7 +104,7 @@ bool arrives_on_map(const StepPair& pair, const Partner& partner, const FoundCon
 // The inward normal of the partner's surface, up to its sign. A contact that touches already has the normal of the
 // shell's point, which at an edge lies between those of two faces.
 Vec3 normal_of(const Partner& partner, const FoundContacts& found, const Contact& contact) {
-  if (partner.sheet != nullptr || found.is_on_map(contact)) return contact.inward_normal;
+  if (partner.sheet != nullptr || found.is_on_map(contact) || found.is_ahead(contact)) return contact.inward_normal;
   const Vec3 normal =
       partner.field.visit([&](const auto& field) { return vps::outward_normal(field, contact.position); });
   return dot(normal, normal) > 0 ? normal : contact.inward_normal;
@@ -122,7 +122,8 @@ Rolling rolling(const StepPair& pair, const Partner& of_partner, const Course& s
   const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
   if (deepest == found.contacts.end()) return {};
-  if (deepest->penetration > kDeep_vx * voxel) return {0, {}, {}};
+  const Rolling none{0, {}, {}};
+  if (deepest->penetration > kDeep_vx * voxel) return none;
   const Vec3 place = deepest->position;
   const RelativeMotion motion = difference(shell.motion, partner.motion);
   const Vec3 normal = normal_of(of_partner, found, *deepest);
@@ -131,10 +132,10 @@ Rolling rolling(const StepPair& pair, const Partner& of_partner, const Course& s
   const Course& roller = shell.turned_at(place) >= partner.turned_at(place) ? shell : partner;
   const float turned = roller.turned_at(place);
   const float from_rest = kStepsFromRest * length(pair.shell_motion->fall - pair.field_motion->fall);
-  if (found.is_joint && turned < kTurned_vx * voxel) return {0, {}, {}};
+  if (found.is_joint && turned < kTurned_vx * voxel) return none;
   // A body that spins as it lands may have a contact that hardly falls, but its centre does.
   const float farthest = std::max(fall, fall_at(roller.centre));
-  if (!(turned > fall && farthest < kHop_vx * voxel + from_rest)) return {0, {}, {}};
+  if (!(turned > fall && farthest < kHop_vx * voxel + from_rest)) return none;
   // A round body's points that arrive as it turns by `angle` and falls by `farthest`: h^2 / 2 = angle h + farthest / r.
   const float angle = length(roller.motion.turn);
   const float radius = turned / angle;

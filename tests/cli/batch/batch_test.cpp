@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bakes folders of meshes as a build engineer does.
+#include "formats/fields.h"
 #include "tests/cli/batch/batch_folder.h"
 #include "tests/cli/schema.h"
 
@@ -54,7 +55,8 @@ TEST(Batch, OneBadFileStopsNothing) {
 
 TEST(Batch, WhatIsUpToDateKeepsItsTimeStamp) {
   const BatchFolder folder;
-  for (const char* name : {"same.obj", "touched.obj", "changed.obj", "damaged.obj", "removed.obj"}) folder.add(name);
+  for (const char* name : {"same.obj", "touched.obj", "changed.obj", "damaged.obj", "older.obj", "removed.obj"})
+    folder.add(name);
   // The meshes differ only in a comment, so that each has its own asset.
   for (const auto& entry : fs::directory_iterator(folder / "meshes"))
     write_file(entry.path(), read_file(entry.path()) + "# " + entry.path().filename().string() + "\n");
@@ -69,16 +71,21 @@ TEST(Batch, WhatIsUpToDateKeepsItsTimeStamp) {
   std::string damaged = folder.asset("damaged.vps.hdf");
   damaged[damaged.size() / 2] ^= 1;
   write_file(folder / "out/damaged.vps.hdf", damaged);
+  std::string older = folder.asset("older.vps.hdf");
+  older[detail::kMajorOffset] ^= 1;
+  write_file(folder / "out/older.vps.hdf", older);
   fs::remove(folder / "out/removed.vps.hdf");
   const BatchOutcome again = run_batch(folder, kBake);
   EXPECT_EQ(again.code, 0);
   EXPECT_EQ(again.states, (States{{"changed.vps.hdf", "baked"},
                                   {"damaged.vps.hdf", "baked"},
+                                  {"older.vps.hdf", "baked"},
                                   {"removed.vps.hdf", "baked"},
                                   {"same.vps.hdf", "unchanged"},
                                   {"touched.vps.hdf", "unchanged"}}));
   EXPECT_EQ(again.said.at("changed.vps.hdf"), "the mesh changed; ");
   EXPECT_NE(again.said.at("damaged.vps.hdf").find("damaged"), std::string::npos);
+  EXPECT_TRUE(again.said.at("older.vps.hdf").starts_with("the asset has another format version;"));
   EXPECT_EQ(again.said.at("removed.vps.hdf"), "there is no asset yet; ");
   for (const char* name : {"same", "touched"})
     EXPECT_EQ(fs::last_write_time(folder / ("out/" + std::string(name) + ".vps.hdf")), long_ago) << name;

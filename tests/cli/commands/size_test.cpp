@@ -58,6 +58,8 @@ TEST(Cli, AnUnlikelyUnitIsOneWarningUnlessItIsGiven) {
   write_file(folder / "open.stl",
              "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\n"
              "endfacet\nendsolid one\n");
+  write_file(folder / "point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+  expect_refusal(folder, "point.obj --resolution 20", 3, "all vertices of the mesh are one point");
   expect_refusal(folder, "open.stl --resolution 20", 3, "; its numbers are likely mm: then add --unit mm\n");
   EXPECT_EQ(vpsbake(folder, "open.stl --resolution 20 --unit m").err.find("likely"), std::string::npos);
   const Outcome check = vpsbake(folder, "check nut.stl");

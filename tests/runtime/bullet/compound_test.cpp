@@ -157,6 +157,34 @@ TEST(Compound, TheProgramsCallbacksAreAsked) {
   }
 }
 
+int asked = 0;
+bool counts(const btCollisionShape*, const btCollisionShape*) {
+  ++asked;
+  return true;
+}
+
+// In a step the brick flies over twenty tiles of a row.
+TEST(Compound, OnlyChildrenAlongTheWayAreAsked) {
+  World scene;
+  bullet::Shape shape(brick());
+  btBoxShape tile({btScalar(0.125), btScalar(0.125), btScalar(0.1)});
+  btCompoundShape level;
+  for (int i = -20; i <= 20; ++i) {
+    for (int k = -20; k <= 20; ++k) {
+      const btVector3 at(btScalar(0.25) * btScalar(i), btScalar(0.25) * btScalar(k), btScalar(-0.1));
+      level.addChildShape(btTransform(btQuaternion::getIdentity(), at), &tile);
+    }
+  }
+  scene.add(level, 0, {0, 0, 0});
+  scene.add(shape, 1, {0, 0, btScalar(0.06)}).setLinearVelocity({300, 0, 0});
+  asked = 0;
+  gCompoundChildShapePairCallback = counts;
+  scene.step(1, btScalar(1.0 / 60));
+  gCompoundChildShapePairCallback = nullptr;
+  EXPECT_GE(asked, 20);
+  EXPECT_LE(asked, 70);
+}
+
 TEST(Compound, WithoutAShapeItIsBulletsOwn) {
   World scene;
   bullet::Shape shape(brick());

@@ -70,6 +70,11 @@ TEST(Lint, EachSettingThatHurtsIsNamed) {
   };
   EXPECT_EQ(advice_after(on_springs(1e6)), "m_splitImpulse ");
   EXPECT_EQ(advice_after(on_springs(1e9)), "m_splitImpulse set_foundation ");
+  EXPECT_EQ(advice_after([&](World& scene) {
+              static_cast<bullet::Shape*>(scene.bodies[1]->getCollisionShape())->set_segments(8);
+              on_springs(1e6)(scene);
+            }),
+            "m_splitImpulse set_segments ");
   EXPECT_EQ(advice_after([](World& scene) { scene.world.setGravity({0, 0, -9810}); }), "setGravity stepSimulation ");
   constexpr bool kSingle = std::is_same_v<btScalar, float>;
   EXPECT_EQ(advice_after([](World& scene) {
