@@ -54,11 +54,11 @@ void move_point(const VpsPose& pose, float (&p)[3]) {
   }
   std::memcpy(p, out, sizeof(out));
 }
-void turn_back(const VpsPose& pose, float (&v)[3]) {
+void turn(const VpsPose& pose, float (&v)[3], double factor) {
   float out[3];
   for (int r = 0; r < 3; ++r) {
     const double* const m = pose.rotation + 3 * r;
-    out[r] = static_cast<float>(-(m[0] * v[0] + m[1] * v[1] + m[2] * v[2]));
+    out[r] = static_cast<float>(factor * (m[0] * v[0] + m[1] * v[1] + m[2] * v[2]));
   }
   std::memcpy(v, out, sizeof(out));
 }
@@ -82,14 +82,31 @@ struct Pair {
       for (VpsPose& pose : shell_to_field) pose = inverse(pose);
     }
   }
+
+  // From the frame of the body with the field to the first one's.
+  void move_result(std::size_t pose, bool field_is_second, float (&position)[3], float (&direction)[3]) const {
+    if (!field_is_second) return;
+    move_point(second_to_first[pose], position);
+    turn(second_to_first[pose], direction, -1);
+  }
 };
+
+// Whether a body's first point lies inside the other body. If they do not touch, the other one holds it wholly.
+bool is_inside(const VpsStepBody& inner, const VpsStepBody& outer, const VpsPose& inner_to_outer) {
+  VpsPoint point{};
+  float penetration = 0;
+  if (inner.shell == nullptr || vps_pointshell_point(inner.shell, 0, &point) != vps_ok) return false;
+  move_point(inner_to_outer, point.position);
+  turn(inner_to_outer, point.inward_normal, 1);
+  return vps_penetration(outer.field, point.position, point.inward_normal, &penetration) == vps_ok && penetration > 0;
+}
 
 }  // namespace
 
 py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices, float distance,
                    std::uint32_t threads) {
   if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
-  Pair pair(first, second, matrices);
+  const Pair pair(first, second, matrices);
   const VpsFieldRef field = vps_map_ref(pair.field->map());
   const VpsPointshell* const shell = pair.shell->shell();
   VpsQueryOptions options{};
@@ -99,7 +116,10 @@ py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doub
   VpsQueryResult* const result = results.mutable_data();
   std::vector<VpsContact> all;
   std::vector<std::int64_t> pose_of;
-  // Poses with more contacts than there is room for are asked again.
+  const VpsStepBody with_points = pair.shell->body();
+  const VpsStepBody with_field = pair.field->body();
+  // Poses with more contacts than there is room for are asked again. So are those where the body with the points holds
+  // the other one, whose own points are then in contact.
   constexpr std::size_t kPoses = 512;
   constexpr std::size_t kRoom = 128;
   Batch(threads).run("poses", [&](VpsBatch* batch) {
@@ -108,34 +128,32 @@ py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doub
       std::vector<VpsContact> more;
       for (std::size_t begin = 0; begin < count; begin += kPoses) {
         const std::size_t n = std::min(kPoses, count - begin);
-        const VpsPose* const poses = &pair.shell_to_field[begin];
-        const VpsStatus status = vps_traverse_batch(batch, shell, field, n, {poses, sizeof(VpsPose)}, &options,
-                                                    {room.data(), kRoom * sizeof(VpsContact)}, kRoom,
-                                                    {result + begin, sizeof(VpsQueryResult)});
+        const VpsStatus status = vps_traverse_batch(
+            batch, shell, field, n, {&pair.shell_to_field[begin], sizeof(VpsPose)}, &options,
+            {room.data(), kRoom * sizeof(VpsContact)}, kRoom, {result + begin, sizeof(VpsQueryResult)});
         if (status != vps_ok && status != vps_output_full) return status;
-        for (std::size_t i = 0; i < n; ++i) {
-          const VpsContact* from = &room[kRoom * i];
-          const std::size_t found = result[begin + i].contacts;
-          if (found > kRoom) {
-            more.resize(found);
-            const VpsStatus again =
-                vps_traverse_batch(batch, shell, field, 1, {poses + i, sizeof(VpsPose)}, &options, {more.data(), 0},
-                                   found, {result + begin + i, sizeof(VpsQueryResult)});
-            if (again != vps_ok) return again;
+        for (std::size_t i = begin; i < begin + n; ++i) {
+          VpsContact* from = &room[kRoom * (i - begin)];
+          VpsPose pose = inverse(pair.shell_to_field[i]);
+          const bool is_held = result[i].contacts == 0 && is_inside(with_field, with_points, pose);
+          if (is_held || result[i].contacts > kRoom) {
+            if (!is_held) pose = pair.shell_to_field[i];
+            more.resize(is_held ? pair.field->info().points : result[i].contacts);
             from = more.data();
+            const VpsStatus again = vps_traverse_batch(
+                batch, is_held ? with_field.shell : shell, is_held ? with_points.field : field, 1,
+                {&pose, sizeof(VpsPose)}, &options, {from, 0}, more.size(), {result + i, sizeof(VpsQueryResult)});
+            if (again != vps_ok) return again;
           }
-          all.insert(all.end(), from, from + found);
-          pose_of.insert(pose_of.end(), found, static_cast<std::int64_t>(begin + i));
+          for (std::size_t c = 0; c < result[i].contacts; ++c) {
+            pair.move_result(i, pair.first_is_shell != is_held, from[c].position, from[c].inward_normal);
+          }
+          all.insert(all.end(), from, from + result[i].contacts);
+          pose_of.insert(pose_of.end(), result[i].contacts, static_cast<std::int64_t>(i));
         }
       }
     } catch (const std::bad_alloc&) {
       return VpsStatus{vps_no_memory};
-    }
-    if (!pair.first_is_shell) return VpsStatus{vps_ok};
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const VpsPose& pose = pair.second_to_first[static_cast<std::size_t>(pose_of[i])];
-      move_point(pose, all[i].position);
-      turn_back(pose, all[i].inward_normal);
     }
     return VpsStatus{vps_ok};
   });
@@ -157,9 +175,24 @@ py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const
   py::array_t<std::uint32_t> counts(static_cast<py::ssize_t>(count));
   const VpsArray to{contacts.mutable_data(), static_cast<ptrdiff_t>(most * sizeof(VpsStepContact))};
   const VpsArray to_counts = out(counts);
+  VpsStepContact* const contact = contacts.mutable_data();
+  std::uint32_t* const found = counts.mutable_data();
   Batch(threads).run("poses", [&](VpsBatch* batch) {
-    return vps_step_contacts_batch(batch, &moving, &fixed, count, {pair.second_to_first.data(), sizeof(VpsPose)},
-                                   &options, to, most, to_counts);
+    VpsStatus status = vps_step_contacts_batch(
+        batch, &moving, &fixed, count, {pair.second_to_first.data(), sizeof(VpsPose)}, &options, to, most, to_counts);
+    for (std::size_t i = 0; status == vps_ok && i < count; ++i) {
+      // Without contact one may hold the other. Then only the inner one may give its points.
+      const VpsPose& pose = pair.second_to_first[i];
+      const bool is_held = found[i] == 0 && is_inside(moving, fixed, pose);
+      const bool holds = found[i] == 0 && is_inside(fixed, moving, inverse(pose));
+      if (!is_held && !holds) continue;
+      VpsStepBody outer = is_held ? fixed : moving;
+      outer.shell = nullptr;
+      status = vps_step_contacts_batch(batch, is_held ? &moving : &outer, is_held ? &outer : &fixed, 1,
+                                       {&pose, sizeof(VpsPose)}, &options, {contact + most * i, 0}, most,
+                                       {found + i, sizeof(std::uint32_t)});
+    }
+    return status;
   });
   return py::make_tuple(contacts, counts);
 }
@@ -167,20 +200,28 @@ py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const
 py::array_t<VpsSeparation> separation(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices,
                                       float tolerance, std::uint32_t threads) {
   if (!(tolerance >= 0) || !std::isfinite(tolerance)) throw py::value_error("tolerance: finite, at least 0 m");
-  Pair pair(first, second, matrices);
+  const Pair pair(first, second, matrices);
   const VpsFieldRef field = vps_map_ref(pair.field->distances());
   const VpsPointshell* const shell = pair.shell->shell();
+  const VpsStepBody with_points = pair.shell->body();
+  const VpsStepBody with_field = pair.field->body();
+  const bool has_distances = pair.shell->field() != vps_field_layers;
   const VpsSeparationOptions options{tolerance, 0};
   const std::size_t count = pair.shell_to_field.size();
   py::array_t<VpsSeparation> found(static_cast<py::ssize_t>(count));
   VpsSeparation* const data = found.mutable_data();
   Batch(threads).run("poses", [&](VpsBatch* batch) {
-    const VpsStatus status =
-        vps_separation_batch(batch, shell, field, count, {pair.shell_to_field.data(), sizeof(VpsPose)}, &options,
-                             {data, sizeof(VpsSeparation)});
-    for (std::size_t i = 0; status == vps_ok && pair.first_is_shell && i < count; ++i) {
-      move_point(pair.second_to_first[i], data[i].position);
-      turn_back(pair.second_to_first[i], data[i].direction);
+    VpsStatus status = vps_separation_batch(batch, shell, field, count, {pair.shell_to_field.data(), sizeof(VpsPose)},
+                                            &options, {data, sizeof(VpsSeparation)});
+    for (std::size_t i = 0; status == vps_ok && i < count; ++i) {
+      // Surfaces may be apart though one body holds the other: then the inner one gives the points.
+      const VpsPose back = inverse(pair.shell_to_field[i]);
+      const bool is_held = data[i].delta < 0 && has_distances && is_inside(with_field, with_points, back);
+      if (is_held) {
+        status = vps_separation_batch(batch, with_field.shell, with_points.field, 1, {&back, sizeof(VpsPose)}, &options,
+                                      {data + i, sizeof(VpsSeparation)});
+      }
+      pair.move_result(i, pair.first_is_shell != is_held, data[i].position, data[i].direction);
     }
     return status;
   });

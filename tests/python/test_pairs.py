@@ -41,6 +41,27 @@ def test_either_body_may_come_first(sphere, cube, distance):
     assert np.allclose(a.normal, -np.einsum("nij,nj->ni", turn[:, :3, :3], b.normal), atol=1e-5)
 
 
+@pytest.mark.parametrize("cube_first", [False, True])
+def test_a_body_that_holds_another_one_is_not_apart(sphere, cube, cube_first, tmp_path):
+    """The cube has fewer points, so it is asked first, and none of them lies in the small ball."""
+    sphere.save(tmp_path / "ball.vps.hdf")
+    ball = vps.open(tmp_path / "ball.vps.hdf", scale=0.2)
+    radius, up = 0.2 * RADIUS, 0.02
+    poses = np.array([*(turned(angle, (0, 0, up)) for angle in np.linspace(0, 1, 5)), shifted(0.2, 0, 0)])
+    pair = (cube, ball, poses) if cube_first else (ball, cube, np.linalg.inv(poses))
+    deepest = 0.05 - up + radius  # the ball's lowest point, from the cube's upper face
+    apart, points, few = vps.separation(*pair), vps.contacts(*pair), vps.contacts(*pair, most=4)
+    assert np.allclose(apart.distance, [*[-deepest] * 5, 0.15 - radius], atol=2e-3)
+    assert np.all(apart.lower <= apart.distance) and np.all(apart.distance <= apart.upper)
+    assert np.array_equal(points.counts, [*[len(ball.points.area)] * 5, 0])
+    assert np.array_equal(few.counts > 0, [True] * 5 + [False]) and np.all(few.depth[:5] > 0.03)
+    for found, pose in ((apart, np.arange(5)), (points, points.pose)):
+        at = found.position[:len(pose)] - (poses[pose, :3, 3] if cube_first else 0)
+        assert np.allclose(np.linalg.norm(at, axis=1), radius, atol=1e-3), "on the ball"
+    upwards = 1 if cube_first else -1  # out of the first body
+    assert np.allclose(apart.normal[:5, 2], upwards, atol=0.05)
+
+
 def test_contacts_of_all_poses_follow_each_other(sphere):
     poses = np.array([shifted(x, 0, 0) for x in (0.2, 0.09, 0.2, 0.02, 0.099)])
     many = vps.contacts(sphere, sphere, poses, threads=3)

@@ -427,7 +427,7 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
 def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: float = 0.0, most: int | None = None,
              threads: int = 0) -> Contacts:
     """Points of one body in contact with the other, for each pose. The body with fewer points gives them; if it holds the
-    other one wholly inside, there are none.
+    other one without touching it, that one does, where both have points and voxelmaps.
 
     With `most`, the few contacts that an engine takes for a step: the deepest of each pose first, then those that are deep
     and far from others. They lie midway between the surfaces, not only at points, and have the normal and depth of the
@@ -454,8 +454,8 @@ def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: flo
 
 def separation(first: Asset, second: Asset, poses: npt.ArrayLike, *, tolerance: float = 0.0,
                threads: int = 0) -> Separation:
-    """Distance between two bodies, with bounds for their true surfaces, for each pose. Of surfaces, not of solids: a body
-    that lies wholly inside another one, without touching it, may count as apart.
+    """Distance between two bodies, with bounds for their true surfaces, for each pose. Negative if one holds the other,
+    where both have points and voxelmaps; else a body that lies inside the one with the points counts as apart.
 
     Beyond the band the closest points are found to 2 % of the distance if both bodies have points.
     poses: shape (..., 4, 4), take the second body's frame to the first's
