@@ -3,6 +3,7 @@
 // subset.
 #include <console_bridge/console.h>
 #include <fmt/format.h>
+#include <tinyxml.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
@@ -42,34 +43,55 @@ Placement to_placement(const urdf::Pose& pose) {
   return result;
 }
 
-// Looks for package://NAME/REST as NAME/REST and as REST in the folders above the URDF.
-fs::path find_mesh(const fs::path& urdf, const std::string& name) {
+// The name of the package that a folder is, by its package.xml; empty: it has none.
+std::string package_of(const fs::path& folder) {
+  TiXmlDocument document;
+  if (!document.LoadFile((folder / "package.xml").string())) return {};
+  const TiXmlElement* const name = document.RootElement()->FirstChildElement("name");
+  return name != nullptr && name->GetText() != nullptr ? name->GetText() : "";
+}
+
+// Looks for package://NAME/REST as NAME/REST in the folders above the URDF, then as REST where no package.xml has
+// another name: many packages have a meshes/base_link.stl.
+fs::path find_mesh(const fs::path& urdf, const std::string& name, std::vector<std::string>& notes) {
   constexpr const char* kFile = "file://";
   constexpr const char* kPackage = "package://";
   if (name.starts_with(kFile)) return name.substr(std::string(kFile).size());
-  if (!name.starts_with(kPackage)) return beside(urdf, name);
-  fs::path whole = name.substr(std::string(kPackage).size());
-  const fs::path rest = whole.lexically_relative(*whole.begin());
+  if (!name.starts_with(kPackage)) return name.find("://") == std::string::npos ? beside(urdf, name) : fs::path(name);
+  const fs::path whole = name.substr(std::string(kPackage).size());
+  const fs::path package = *whole.begin();
+  const fs::path rest = whole.lexically_relative(package);
   std::error_code ignored;
-  for (fs::path at = fs::weakly_canonical(fs::absolute(urdf).parent_path(), ignored);; at = at.parent_path()) {
-    for (const fs::path& candidate : {at / whole, at / rest}) {
-      if (fs::is_regular_file(candidate, ignored)) return candidate;
-    }
-    if (at == at.parent_path()) return whole;
+  std::vector<fs::path> folders{fs::weakly_canonical(fs::absolute(urdf).parent_path(), ignored)};
+  while (folders.back() != folders.back().parent_path()) folders.push_back(folders.back().parent_path());
+  for (const fs::path& at : folders) {
+    if (fs::is_regular_file(at / whole, ignored)) return at / whole;
   }
+  for (const fs::path& at : folders) {
+    if (!fs::is_regular_file(at / rest, ignored)) continue;
+    const std::string found = package_of(at);
+    if (!found.empty() && found != package) continue;
+    const std::string note = fmt::format("package '{}' is taken to be the folder '{}'", package.string(), at.string());
+    if (found.empty() && at.filename() != package && std::count(notes.begin(), notes.end(), note) == 0)
+      notes.push_back(note);
+    return at / rest;
+  }
+  return name;
 }
 
-SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, const Place& place) {
+SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, const Place& place,
+                         std::vector<std::string>& notes) {
   SceneShape shape;
   shape.place = place;
   switch (geometry.type) {
     case urdf::Geometry::MESH: {
       const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
-      shape.mesh = find_mesh(file, mesh.filename);
+      shape.mesh = find_mesh(file, mesh.filename, notes);
       shape.unit = mesh.scale.x;
+      if (mesh.scale.x < 0 || mesh.scale.y < 0 || mesh.scale.z < 0)
+        throw SceneError(place, "this mesh is mirrored by its scale; mirror the mesh file itself");
       if (mesh.scale.y != mesh.scale.x || mesh.scale.z != mesh.scale.x)
         throw SceneError(place, "this mesh is scaled differently along x, y and z; scale the mesh file itself");
-      if (mesh.scale.x < 0) throw SceneError(place, "this mesh is mirrored by its scale; mirror the mesh file itself");
       break;
     }
     case urdf::Geometry::BOX: {
@@ -263,7 +285,8 @@ class Reader {
     for (std::size_t i = 0; i < link.collision_array.size(); ++i) {
       const urdf::Collision& collision = *link.collision_array[i];
       if (!collision.geometry) continue;
-      SceneShape shape = read_geometry(*collision.geometry, file_, elements_.of_geometry(link.name, i));
+      SceneShape shape =
+          read_geometry(*collision.geometry, file_, elements_.of_geometry(link.name, i), scene_.assumptions);
       shape.pose = composed(at, to_placement(collision.origin));
       rigids_[rigid].body.shapes.push_back(std::move(shape));
     }
@@ -282,9 +305,10 @@ class Reader {
         continue;
       }
       const std::size_t next = start(*child, composed(world, offset), false);
-      // As in Bullet's importer, a link does not collide with its parent but does with its grandparent.
-      const bool holds = joint->type != urdf::Joint::FLOATING && !link.collision_array.empty();
-      if (holds) joined_.emplace_back(rigid, next);
+      // As in Bullet's importer, a link does not collide with its parent but does with its grandparent. What hangs in
+      // the world collides with what is fixed to the world.
+      const bool is_world = &link == model_.getRoot().get() && rigids_[rigid].fixed && link.collision_array.empty();
+      if (joint->type != urdf::Joint::FLOATING && !is_world) joined_.emplace_back(rigid, next);
       held_.push_back({joint.get(), rigid, next, composed(at, offset)});
       visit(*child, next, {}, composed(world, offset));
     }
@@ -299,7 +323,12 @@ class Reader {
       add_moved(rigid.second, -body.mass, centre);
       body.centre_of_mass = centre;
       const std::array<double, 9>& i = rigid.second;
-      if (i[0] > 0 && i[4] > 0 && i[8] > 0) body.inertia = {i[0], i[4], i[8], i[1], i[2], i[5]};
+      if (i[0] > 0 && i[4] > 0 && i[8] > 0) {
+        body.inertia = {i[0], i[4], i[8], i[1], i[2], i[5]};
+      } else {
+        scene_.assumptions.push_back(
+            fmt::format("link '{}' has a moment of inertia of 0: those of its shapes are taken", body.name));
+      }
       if (body.inertia && !is_positive(i)) {
         body.inertia = {i[0], i[4], i[8], 0, 0, 0};
         scene_.assumptions.push_back(

@@ -107,6 +107,9 @@ class Checker {
       const std::string& name = child->ValueStr();
       if (has(known->children, name)) {
         check(*child);
+      } else if (name.starts_with("xacro:")) {
+        throw SceneError({file_, child->Row()},
+                         fmt::format("<{}>: this is a xacro file; make a URDF of it with the program xacro", name));
       } else if (!has(known->others, name) && !has_namespace(name)) {
         leave_out(*child, *known);
       }
@@ -160,7 +163,7 @@ UrdfElements::UrdfElements(std::string file, const std::string& text) : file_(st
                      fmt::format("this is not XML: {}", document_.ErrorDesc()));
   }
   robot_ = document_.FirstChildElement("robot");
-  if (robot_ == nullptr) throw SceneError({file_, 1}, "this is not a URDF: it has no <robot>");
+  if (robot_ == nullptr) throw SceneError({file_, 1}, "this is not a URDF: it has no <robot>; see docs/scene.md");
   Checker checker(file_);
   checker.check(*robot_);
   notes_ = checker.notes();

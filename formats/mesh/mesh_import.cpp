@@ -46,6 +46,7 @@ std::string check_format(const fs::path& path, const ImportOptions& options) {
   for (const std::string_view format : kMeshFormats) {
     known += (known.empty() ? "" : format == std::end(kMeshFormats)[-1] ? " or " : ", ") + std::string(format);
   }
+  if (extension == "urdf" || extension == "toml") refuse("this is no mesh; scenes and robots are for `vpsbake scene`");
   refuse((extension.empty() ? "the file name has no extension" : "unknown mesh format ." + extension) +
          "; use one of " + known);
 }

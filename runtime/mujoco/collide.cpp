@@ -19,14 +19,15 @@ std::array<mjfCollision, mjNGEOMTYPES> stock{};
 // All models. A thread asks again only after a change: most calls are for the model of the last one.
 class Registry {
  public:
-  void set(const mjModel* model, const Meshes* meshes) {
+  bool add(const mjModel* model, const Meshes* meshes) {
     const std::unique_lock lock(mutex_);
-    if (meshes != nullptr) {
-      models_[model] = meshes;
-    } else {
-      models_.erase(model);
-    }
     ++changes_;
+    return models_.emplace(model, meshes).second;
+  }
+  void remove(const mjModel* model) {
+    const std::unique_lock lock(mutex_);
+    ++changes_;
+    models_.erase(model);
   }
   const Meshes* find(const mjModel* model) {
     thread_local const mjModel* last = nullptr;
@@ -140,9 +141,13 @@ void install() {
 
 }  // namespace
 
-void set_meshes(const mjModel& model, const Meshes* meshes) {
+bool add_meshes(const mjModel& model, const Meshes& meshes) {
   install();
-  registry.set(&model, meshes);
+  return registry.add(&model, &meshes);
+}
+
+void remove_meshes(const mjModel& model) {
+  registry.remove(&model);
 }
 
 }  // namespace vps::mujoco

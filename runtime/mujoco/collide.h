@@ -29,7 +29,10 @@ inline Pose compose(const Pose& frame, const Pose& inner) noexcept {
   return relative_pose(relative_pose(frame, Pose()), inner);
 }
 
-/// Replaces the entries of MuJoCo's table and gives them the meshes of a model, or takes these away: null.
-void set_meshes(const mjModel& model, const Meshes* meshes);
+/// Replaces the entries of MuJoCo's table and gives them the meshes of a model.
+/// @return false: the model has others
+[[nodiscard]] bool add_meshes(const mjModel& model, const Meshes& meshes);
+/// Takes them away.
+void remove_meshes(const mjModel& model);
 
 }  // namespace vps::mujoco

@@ -33,7 +33,7 @@ struct MeshOptions {
 /// The baked meshes of one model. Its geoms collide by MuJoCo's table of collision functions (mjCOLLISIONFUNC), whose
 /// entries for meshes are replaced when the first BakedModel is made. Any number of threads may step the model, each
 /// with its own mjData; none while meshes are baked, or while this ends. The contacts depend on the poses alone, as
-/// MuJoCo's do. A copy of the model needs a BakedModel of its own.
+/// MuJoCo's do. A model has one BakedModel; a copy of the model needs one of its own.
 class BakedModel {
  public:
   /// @param model  must outlive this

@@ -138,7 +138,9 @@ class World {
   }
   std::size_t add_plane(const Vector& normal, double offset, const BodyOptions& options) {
     if (!(std::abs(offset) <= kLargest)) throw py::value_error("offset: at most 1e9 m from the origin");
-    return add(std::make_shared<btStaticPlaneShape>(direction("normal", normal), btScalar(offset)), options,
+    const btVector3 up = direction("normal", normal);
+    const double length = std::hypot(normal[0], normal[1], normal[2]);
+    return add(std::make_shared<btStaticPlaneShape>(up, btScalar(offset / length)), options,
                btTransform::getIdentity());
   }
 

@@ -183,7 +183,7 @@ position = ["0mm", "0mm", "120mm"]
     assert np.allclose(bodies["ball"].pose, shifted(0, 0, 0.12), atol=1e-5)
     world.step(24)
     assert bodies["ball"].velocity[2] == pytest.approx(-0.162, rel=0.01)
-    with pytest.raises(ValueError, match="none.json"):
+    with pytest.raises(FileNotFoundError, match="none.json"):
         world.load_scene(tmp_path / "none.json")
 
     # A warning that is an error leaves nothing of the scene behind.
@@ -214,6 +214,11 @@ def test_a_world_goes_without_the_garbage_collector(cube):
 def test_directions_have_any_length(cube):
     world = vps.World(gravity=(0, 0, 0))
     world.add_plane(normal=(0, 0, 1e25))
+    long = vps.World()
+    long.add_plane((0, 0, 2), 2.0)
+    ball = long.add_sphere(0.1, mass=1, pose=shifted(0, 0, 1.11))
+    long.step(240)
+    assert ball.pose[2, 3] == pytest.approx(1.1, abs=1e-3), "normal . p = offset at 1 m"
     body = world.add(cube, pose=shifted(0, 0, 0.04))
     world.hinge(world.add(cube, pose=shifted(1, 0, 1)), point=(1, 0, 1), axis=(1e-25, 0, 0))
     world.step(24)

@@ -202,9 +202,10 @@ class World:
 
     def load_scene(self, manifest: Union[str, "os.PathLike[str]"]) -> dict[str, Body]:
         """Adds the bodies of a scene that `vpsbake scene` has planned, by name, and sets its gravity."""
+        with open(manifest, "rb") as file:
+            text = file.read()
         first = self._world.load_scene(os.fspath(manifest))
-        with open(manifest, encoding="utf-8") as file:
-            names = [body["name"] for body in json.load(file)["bodies"]]
+        names = [body["name"] for body in json.loads(text)["bodies"]]
         return {name: self._enter(first + i, name) for i, name in enumerate(names)}
 
     def hinge(self, first: Body, second: Body | None = None, *, point: npt.ArrayLike, axis: npt.ArrayLike) -> Joint:

@@ -144,11 +144,16 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused("<robot name=\"a\"><link name=\"b\"/></robot>", "no link has collision geometry");
   expect_urdf_refused(robot("<mesh filename=\"none.obj\"/>"), "r.urdf:13: mesh 'none.obj': the file does not exist",
                       kMissing);
-  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'",
-                      kMissing);
+  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"),
+                      "r.urdf:13: mesh 'package://none/none.obj'", kMissing);
   expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
                       "r.urdf:13: this mesh is scaled differently");
-  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"-1 -1 -1\"/>"), "r.urdf:13: this mesh is mirrored");
+  expect_urdf_refused(robot("<mesh filename=\"model://arm/none.obj\"/>"), "r.urdf:13: mesh 'model://arm/none.obj'",
+                      kMissing);
+  for (const char* const scale : {"-1 -1 -1", "1 -1 1"}) {
+    expect_urdf_refused(robot(std::string("<mesh filename=\"a.obj\" scale=\"") + scale + "\"/>"),
+                        "r.urdf:13: this mesh is mirrored");
+  }
   std::string light = robot("<sphere radius=\"1\"/>");
   light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
   expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
@@ -169,6 +174,8 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   // Errors that urdfdom ignores.
   expect_urdf_refused(with("<collision><geometry><box size=\"0.1 0.2 0.3\"/></geometry></collision>", "<colision/>"),
                       "r.urdf:8: <link> has no <colision>; did you mean <collision>?");
+  expect_urdf_refused(with("<link name=\"world\"/>", "<link name=\"world\"/><xacro:arm side=\"left\"/>"),
+                      "r.urdf:3: <xacro:arm>: this is a xacro file");
   expect_urdf_refused(with("<link name=\"world\"/>", "<link name=\"world\"/><jiont/>"),
                       "r.urdf:3: <robot> has no <jiont>");
   expect_urdf_refused(with("<origin xyz=\"0 0 1\"/>", "<orign xyz=\"0 0 1\"/>"), "r.urdf:21: <joint> has no <orign>");
@@ -317,6 +324,51 @@ TEST(Urdf, ATomlTakesBodiesFromAUrdf) {
   EXPECT_EQ(report["bodies"][1]["name"], "nut");
   EXPECT_EQ(report["bodies"][1]["type"], "dynamic");
   EXPECT_EQ(report["bodies"][1]["meets"], Json({"ground"}));
+}
+
+std::string link(const std::string& name, const std::string& mesh) {
+  return "<link name=\"" + name + R"("><inertial><mass value="0.1"/>
+    <inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial>
+    <collision><geometry><mesh filename=")" +
+         mesh + R"("/></geometry></collision></link>)";
+}
+
+TEST(Urdf, APackageIsNotTakenForAnotherOne) {
+  const TemporaryFolder folder;
+  for (const char* const at : {"hand/meshes", "arm/meshes", "arm/urdf"}) {
+    std::filesystem::create_directories(folder / "ws" / at);
+  }
+  std::filesystem::copy_file(sample("cube"), folder / "ws/arm/meshes/link.obj");
+  std::filesystem::copy_file(sample("nut"), folder / "ws/hand/meshes/link.obj");
+  write_file(folder / "ws/arm/urdf/r.urdf",
+             "<robot name=\"r\">" + link("l", "package://hand/meshes/link.obj") + "</robot>");
+  const std::string scene = kPlane + std::string("[[body]]\nname = \"l\"\nurdf = \"ws/arm/urdf/r.urdf\"\n");
+  const auto package_in = [](const Json& report) {
+    return std::filesystem::path(report["assets"][0]["mesh"].get<std::string>()).parent_path().parent_path().filename();
+  };
+  EXPECT_EQ(package_in(plan(folder, scene)), "hand") << "arm has a mesh of this name too, and is nearer";
+  std::filesystem::remove_all(folder / "ws/hand");
+  const Json guessed = plan(folder, scene);
+  EXPECT_EQ(package_in(guessed), "arm");
+  EXPECT_NE(guessed["notes"].dump().find("package 'hand' is taken to be the folder '"), std::string::npos);
+  write_file(folder / "ws/arm/package.xml", "<package><name>hand</name></package>");
+  const Json named = plan(folder, scene);
+  EXPECT_EQ(package_in(named), "arm");
+  EXPECT_EQ(named["notes"].dump().find("package 'hand'"), std::string::npos);
+  write_file(folder / "ws/arm/package.xml", "<package><name>arm</name></package>");
+  expect_refusal(folder, "scene scene.toml", kMissing, "mesh 'package://hand/meshes/link.obj'");
+}
+
+// Robots have links without geometry, to which the next one is joined.
+TEST(Urdf, ParentAndChildOfAJointThatHangsOnAFrameDoNotMeet) {
+  const TemporaryFolder folder;
+  write_file(folder / "r.urdf", "<robot name=\"r\">" + link("upper", sample("gear")) + link("fore", sample("gear")) +
+                                    R"(<link name="elbow"/>
+  <joint name="f" type="fixed"><parent link="upper"/><child link="elbow"/></joint>
+  <joint name="j" type="continuous"><parent link="elbow"/><child link="fore"/><origin xyz="0.03 0 0"/>
+    <axis xyz="0 0 1"/></joint></robot>)");
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"r\"\nurdf = \"r.urdf\"\n"));
+  EXPECT_EQ(report["pairs_that_meet"], 2) << "each meets the plane alone";
 }
 
 TEST(Urdf, RealUrdfsAreRead) {

@@ -194,6 +194,41 @@ TEST(BakedModel, GeomsCollideAsHullsAgainWhenItEnds) {
   EXPECT_GT(world.data->ncon, 0);
 }
 
+// A torus with a cavity aside. Turned by half a turn all vertices but eight still fit.
+TEST(BakedModel, APartWhoseCavityIsOnTheOtherSideIsRefused) {
+  TriangleMesh mesh = make_torus(0.03, 0.01, 48, 24);
+  const TriangleMesh cavity = make_box({0.004, 0.004, 0.004}, {0.03, 0, 0});
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), cavity.vertices.begin(), cavity.vertices.end());
+  for (const auto& t : cavity.triangles) mesh.triangles.push_back({first + t[0], first + t[2], first + t[1]});
+  const MujocoMesh part = mujoco_mesh("part", mesh, kVoxelOfCube);
+  const auto bodies = [](const char* euler) {
+    return fmt::format(R"(<body><freejoint/><geom type="mesh" mesh="part" mass="1" euler="{}"/></body>)", euler);
+  };
+  MujocoWorld turned({part}, "", bodies("0 0 180"));
+  mujoco::BakedModel of_turned(*turned.model);
+  EXPECT_NE(of_turned.bake("part", part.asset).find("give in_body"), std::string::npos);
+  Pose in_body;
+  in_body.rotation[0] = in_body.rotation[4] = -1;
+  mujoco::MeshOptions options;
+  options.in_body = &in_body;
+  EXPECT_EQ(of_turned.bake("part", part.asset, options), "");
+  MujocoWorld straight({part}, "", bodies("0 0 0"));
+  EXPECT_EQ(mujoco::BakedModel(*straight.model).bake("part", part.asset), "");
+}
+
+TEST(BakedModel, ASecondOneOfAModelLeavesTheFirstAsItIs) {
+  MujocoWorld world = cube_on(0, -0.0003);
+  mujoco::BakedModel first(*world.model);
+  ASSERT_EQ(first.bake("cube", cube().asset, {nullptr, 3}), "");
+  {
+    mujoco::BakedModel second(*world.model);
+    EXPECT_NE(second.bake("cube", cube().asset).find("another BakedModel"), std::string::npos);
+  }
+  world.forward();
+  EXPECT_EQ(world.data->ncon, 3) << "a hull has 4";
+}
+
 TEST(BakedModel, SaysWhatIsWrong) {
   MujocoWorld world = cube_on(0, 0);
   mujoco::BakedModel baked(*world.model);
