@@ -12,11 +12,17 @@
 namespace vps::bullet {
 namespace {
 
+// The feature of a contact's point is its part in both bodies. Its index is the child of a compound, as Bullet's own.
+int feature_of(const btManifoldPoint& point) {
+  return point.m_partId0;
+}
+
 // What a point of the last step hands over. Warm starting needs the impulses, and clearing the manifold loses them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
   btScalar impulse, right_side, lateral_1, lateral_2;
-  int age;  // [steps]
+  int age;          // [steps]
+  void* user_data;  // null: none, or handed over
   bool is_given_away;
 };
 
@@ -34,6 +40,7 @@ struct OldPoints {
                                              p.m_appliedImpulseLateral1,
                                              p.m_appliedImpulseLateral2,
                                              p.m_lifeTime,
+                                             p.m_userPersistentData,
                                              false};
     }
   }
@@ -55,7 +62,19 @@ struct OldPoints {
     fresh.m_appliedImpulseLateral1 = nearest->lateral_1;
     fresh.m_appliedImpulseLateral2 = nearest->lateral_2;
     fresh.m_lifeTime = nearest->age + 1;
+    // A callback that found none may have made some, which is not needed.
+    if (nearest->user_data != nullptr) std::swap(fresh.m_userPersistentData, nearest->user_data);
     nearest->is_given_away = true;
+  }
+  void forget_user_data() {
+    for (OldPoint& point : points) point.user_data = nullptr;
+  }
+  // As Bullet does where it removes a point.
+  void destroy_user_data() const {
+    if (gContactDestroyedCallback == nullptr) return;
+    for (int i = 0; i < count; ++i) {
+      if (void* const data = points[static_cast<std::size_t>(i)].user_data) gContactDestroyedCallback(data);
+    }
   }
 };
 
@@ -63,7 +82,7 @@ struct OldPoints {
 // on the sampling.
 void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const ManifoldContact> contacts) {
   for (const ManifoldContact& contact : contacts) {
-    if (static_cast<int>(contact.feature) != fresh.m_index0) continue;
+    if (static_cast<int>(contact.feature) != feature_of(fresh)) continue;
     fresh.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
     fresh.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness * double{contact.area});
     fresh.m_combinedContactDamping1 = static_cast<btScalar>(law.damping * double{contact.area});
@@ -83,20 +102,41 @@ bool are_the_same(btPersistentManifold& manifold, std::span<const ManifoldContac
   for (int i = 0; i < count; ++i) {
     const int feature = static_cast<int>(contacts[static_cast<std::size_t>(i)].feature);
     int at = i;
-    while (at < count && manifold.getContactPoint(at).m_index0 != feature) ++at;
+    while (at < count && feature_of(manifold.getContactPoint(at)) != feature) ++at;
     if (at == count) return false;
     if (at != i) std::swap(manifold.getContactPoint(i), manifold.getContactPoint(at));
   }
   return true;
 }
 
-// Whether a result is Bullet's own, and adds points without asking the user.
-bool is_plain(const btManifoldResult& result) {
-  if (typeid(result) != typeid(btManifoldResult)) return false;
-  const int flags = result.getBody0Internal()->getCollisionFlags() | result.getBody1Internal()->getCollisionFlags();
-  return (flags & (btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK |
-                   btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING | btCollisionObject::CF_HAS_FRICTION_ANCHOR)) ==
+// Whether a result is Bullet's own, not one of a test that reports points.
+bool is_bullets_own(const btManifoldResult& result) {
+  return typeid(result) == typeid(btManifoldResult);
+}
+bool has_flag(const btManifoldResult& result, int flags) {
+  return ((result.getBody0Internal()->getCollisionFlags() | result.getBody1Internal()->getCollisionFlags()) & flags) !=
          0;
+}
+
+// The user may change a point that was added or moved, as in addContactPoint.
+void ask_user(const btManifoldResult& result, const btPersistentManifold& manifold, btManifoldPoint& p) {
+  const btCollisionObjectWrapper* first = result.getBody0Wrap();
+  const btCollisionObjectWrapper* second = result.getBody1Wrap();
+  if (manifold.getBody0() != first->getCollisionObject()) std::swap(first, second);
+  gContactAddedCallback(p, first, p.m_partId0, p.m_index0, second, p.m_partId1, p.m_index1);
+}
+
+// Empties a manifold but for a point that stands in for the first fresh one, which replaces it. So Bullet does not tell
+// the user that the contact ended and another one started. The old points have the user's data.
+void leave_stand_in(const FreshPoint& fresh, btPersistentManifold& manifold) {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    manifold.getContactPoint(i).m_userPersistentData = nullptr;
+  }
+  manifold.setNumContacts(1);
+  btManifoldPoint& p = manifold.getContactPoint(0);
+  p = btManifoldPoint();
+  p.m_localPointA = manifold.getBody0()->getWorldTransform().invXform(fresh.on_second + fresh.normal * fresh.depth);
+  p.m_appliedImpulseLateral1 = 1;  // else Bullet keeps it, where bodies have friction anchors
 }
 
 // Moves the points of a manifold, which keep their impulses: what clearing it and adding them again comes to.
@@ -143,7 +183,40 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
     p.m_contactPointFlags = 0;
     ++p.m_lifeTime;
   }
+  if (gContactAddedCallback != nullptr && has_flag(result, btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
+    for (int i = 0; i < manifold.getNumContacts(); ++i) ask_user(result, manifold, manifold.getContactPoint(i));
+  }
   return true;
+}
+
+// Adds the points anew, with the impulses of old ones nearby.
+void add_points(const Pair& pair, std::span<const ManifoldContact> contacts, std::span<const FreshPoint> fresh,
+                const Placing& placing, btManifoldResult& result, btPersistentManifold& manifold) {
+  const bool shell_is_first = manifold.getBody0() == pair.shell.object;
+  OldPoints old(manifold, shell_is_first);
+  const bool goes_on =
+      old.count > 0 && is_bullets_own(result) && fresh.front().depth <= manifold.getContactBreakingThreshold();
+  if (goes_on) {
+    leave_stand_in(fresh.front(), manifold);
+  } else {
+    manifold.clearManifold();
+    old.forget_user_data();
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const int feature = static_cast<int>(contacts[i].feature);
+    result.setShapeIdentifiersA(feature, result.getBody0Wrap()->m_index);
+    result.setShapeIdentifiersB(feature, result.getBody1Wrap()->m_index);
+    result.addContactPoint(fresh[i].normal, fresh[i].on_second, fresh[i].depth);
+  }
+  if (goes_on) manifold.getContactPoint(0).m_appliedImpulseLateral1 = 0;
+  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
+  // A result that only reports (contactTest) leaves the manifold empty.
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    btManifoldPoint& point = manifold.getContactPoint(i);
+    if (has_springs) make_spring(point, foundation_of(pair), contacts);
+    old.hand_over(point, shell_is_first ? point.m_localPointA : point.m_localPointB, btScalar(placing.beside));
+  }
+  old.destroy_user_data();
 }
 
 }  // namespace
@@ -223,23 +296,16 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
   std::array<FreshPoint, MANIFOLD_CACHE_SIZE> fresh;
   std::transform(contacts.begin(), contacts.end(), fresh.begin(), point_of);
-  if (!has_springs && are_the_same(*target, contacts) && is_plain(*result)) {
-    const std::span<const FreshPoint> all(fresh.data(), contacts.size());
-    if (move_points(all, shell_is_first, btScalar(placing.beside), *result, *target)) return;
-  }
-  OldPoints old(*target, shell_is_first);
-  target->clearManifold();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const int id = static_cast<int>(contacts[i].feature);
-    result->setShapeIdentifiersA(0, id);
-    result->setShapeIdentifiersB(0, id);
-    result->addContactPoint(fresh[i].normal, fresh[i].on_second, fresh[i].depth);
-  }
-  // A result that only reports (contactTest) leaves the manifold empty.
-  for (int i = 0; i < target->getNumContacts(); ++i) {
-    btManifoldPoint& point = target->getContactPoint(i);
-    if (has_springs) make_spring(point, foundation_of(pair), contacts);
-    old.hand_over(point, shell_is_first ? point.m_localPointA : point.m_localPointB, btScalar(placing.beside));
+  const std::span<const FreshPoint> all(fresh.data(), contacts.size());
+  constexpr int kChangesPoints =
+      btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING | btCollisionObject::CF_HAS_FRICTION_ANCHOR;
+  const bool moves = !has_springs && are_the_same(*target, contacts) && is_bullets_own(*result) &&
+                     !has_flag(*result, kChangesPoints) &&
+                     move_points(all, shell_is_first, btScalar(placing.beside), *result, *target);
+  if (!moves) add_points(pair, contacts, all, placing, *result, *target);
+  for (int i = 0; gContactProcessedCallback != nullptr && i < target->getNumContacts(); ++i) {
+    gContactProcessedCallback(target->getContactPoint(i), const_cast<btCollisionObject*>(target->getBody0()),
+                              const_cast<btCollisionObject*>(target->getBody1()));
   }
 }
 

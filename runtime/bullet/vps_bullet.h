@@ -63,6 +63,10 @@ inline namespace float32 {
 ///
 /// A margin (default 0) thickens the body on all sides.
 ///
+/// Points of Bullet's manifolds: `m_index0` and `m_index1` are the child of a compound as always, else -1; `m_partId0`
+/// and `m_partId1` are one number of the contact. Bullet's callbacks for contacts are called as for its own shapes.
+/// Soft bodies are not supported.
+///
 /// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame lies there, with the chosen Axes.
 /// mesh_pose and body_pose convert between the poses of the mesh and of the body.
 class Shape final : public btConcaveShape {

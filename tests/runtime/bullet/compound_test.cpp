@@ -4,6 +4,7 @@
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <gtest/gtest.h>
 
+#include <set>
 #include <string>
 
 #include "tests/runtime/bullet/world.h"
@@ -65,6 +66,39 @@ TEST(Compound, AFastBodyStopsAtThinChildrenAndAsAChild) {
         EXPECT_NEAR(lowest(*plate, plate_is, brick_is), plain, 1e-5) << plate_is << ", " << brick_is;
       }
     }
+  }
+}
+
+TEST(Compound, PointsNameTheChildThatTheyAreOn) {
+  static std::set<int> of_compound;
+  static std::set<int> of_ground;
+  bullet::Shape baked(brick());
+  btBoxShape box({btScalar(0.05), btScalar(0.05), btScalar(0.05)});
+  bullet::Shape plate(baked_at(make_box({0.3, 0.3, 0.02}), 0.008));
+  for (btCollisionShape* const child : std::initializer_list<btCollisionShape*>{&baked, &box}) {
+    World scene;
+    btCompoundShape three;
+    for (const double at : {-0.15, 0.0, 0.15}) {
+      three.addChildShape(btTransform(btMatrix3x3::getIdentity(), {btScalar(at), 0, 0}), child);
+    }
+    btRigidBody& ground = scene.add(plate, 0, {0, 0, btScalar(-0.02)});
+    btRigidBody& body = scene.add(three, 1, {0, 0, btScalar(0.0495)});
+    scene.world.performDiscreteCollisionDetection();
+    of_compound.clear(), of_ground.clear();
+    for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m) {
+      const btPersistentManifold& manifold = *scene.dispatcher.getManifoldByIndexInternal(m);
+      for (int i = 0; i < manifold.getNumContacts(); ++i) {
+        const btManifoldPoint& p = manifold.getContactPoint(i);
+        const bool is_first = manifold.getBody0() == &body;
+        ASSERT_EQ(is_first ? manifold.getBody1() : manifold.getBody0(), &ground);
+        of_compound.insert(is_first ? p.m_index0 : p.m_index1);
+        of_ground.insert(is_first ? p.m_index1 : p.m_index0);
+        const double x = body.getWorldTransform().invXform(p.getPositionWorldOnA()).x();
+        EXPECT_NEAR(x, 0.15 * ((is_first ? p.m_index0 : p.m_index1) - 1), 0.06);
+      }
+    }
+    EXPECT_EQ(of_compound, (std::set<int>{0, 1, 2}));
+    EXPECT_EQ(of_ground, std::set<int>{-1});
   }
 }
 

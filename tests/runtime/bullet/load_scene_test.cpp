@@ -74,8 +74,8 @@ std::string contacts_of(World& world) {
         add(point.m_normalWorldOnB[axis]);
       }
       add(point.getDistance());
-      add(point.m_index0);
-      add(point.m_index1);
+      add(point.m_partId0);
+      add(point.m_partId1);
     }
   }
   return bytes;

@@ -197,7 +197,7 @@ std::vector<btManifoldPoint> contacts_with(btCollisionShape& partner, const btTr
   scene.add(shape, 1, shape.body_pose(mesh));
   scene.world.performDiscreteCollisionDetection();
   std::vector<btManifoldPoint> points = scene.points();
-  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.m_index0 < b.m_index0; });
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.m_partId0 < b.m_partId0; });
   return points;
 }
 

@@ -224,6 +224,78 @@ TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
   gCalculateCombinedFrictionCallback = usual;
 }
 
+// What the user is told of contacts, and the data that the user keeps at them.
+struct Told {
+  int started = 0, ended = 0, added = 0, processed = 0, destroyed = 0;
+};
+Told told;
+class Listening {
+ public:
+  Listening() {
+    told = {};
+    gContactStartedCallback = [](btPersistentManifold* const&) { ++told.started; };
+    gContactEndedCallback = [](btPersistentManifold* const&) { ++told.ended; };
+    gContactProcessedCallback = [](btManifoldPoint&, void*, void*) { return ++told.processed > 0; };
+    gContactDestroyedCallback = [](void* data) {
+      delete static_cast<int*>(data);
+      return ++told.destroyed > 0;
+    };
+    gContactAddedCallback = [](btManifoldPoint& p, const btCollisionObjectWrapper*, int, int,
+                               const btCollisionObjectWrapper*, int, int) {
+      if (p.m_userPersistentData == nullptr) p.m_userPersistentData = new int(++told.added);
+      p.m_combinedFriction = 0;
+      return true;
+    };
+  }
+  Listening(const Listening&) = delete;
+  Listening& operator=(const Listening&) = delete;
+  ~Listening() {
+    gContactStartedCallback = nullptr, gContactEndedCallback = nullptr, gContactProcessedCallback = nullptr;
+    gContactDestroyedCallback = nullptr, gContactAddedCallback = nullptr;
+  }
+};
+
+// Callbacks as Bullet calls them for its own shapes, also where the points move, and change, over the ground.
+TEST(Standing, TheUsersCallbacksKnowTheContactsThatStay) {
+  const Listening listening;
+  bullet::Shape slab(baked_at(make_box({0.1, 0.1, 0.01}), 0.001));
+  for (const bool custom : {false, true}) {
+    Advised scene(kSide / 25);
+    scene.add(slab, 0, btVector3(0, 0, btScalar(-0.01)));
+    btRigidBody& body = scene.add(cube(), btScalar(0.008), btVector3(0, 0, btScalar(0.0101)));
+    if (custom) body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+    scene.step(120);
+    told = {};
+    scene.step(120);
+    EXPECT_EQ(told.started, 0) << custom;
+    EXPECT_EQ(told.ended, 0) << custom;
+    EXPECT_EQ(told.processed, 4 * 120) << custom;
+    EXPECT_EQ(told.added, 0) << custom;
+    EXPECT_EQ(told.destroyed, 0) << custom;
+  }
+  // A ball's points in contact change as it rolls.
+  bullet::Shape ball(baked_at(make_sphere(0.01, 3), 0.001));
+  Advised scene(kSide / 25);
+  scene.add(slab, 0, btVector3(0, 0, btScalar(-0.01)));
+  btRigidBody& body = scene.add(ball, btScalar(0.008), btVector3(btScalar(-0.05), 0, btScalar(0.0099)));
+  body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  scene.step(10);
+  body.setLinearVelocity({btScalar(0.005), 0, 0});
+  body.setAngularVelocity({0, btScalar(0.5), 0});
+  told.started = told.ended = 0;
+  scene.step(120);
+  EXPECT_EQ(told.started, 0);
+  EXPECT_EQ(told.ended, 0);
+  int old = 0;
+  for (const btManifoldPoint& p : scene.points()) {
+    ASSERT_NE(p.m_userPersistentData, nullptr);
+    if (p.getLifeTime() < 20) continue;
+    ++old;
+    EXPECT_LT(*static_cast<int*>(p.m_userPersistentData), told.added - 20) << "data made when the point was";
+  }
+  EXPECT_GE(old, 1);
+}
+
 // Bullet calls them when a manifold gets its first point and when it is cleared.
 TEST(Standing, AContactThatStaysStartsOnce) {
   static int started = 0;

@@ -64,7 +64,7 @@ TEST(TriangleScenes, AFoundationPressesOnACornerOfTheGroundToo) {
   scene.step(1);
   ASSERT_FALSE(scene.points().empty());
   for (const btManifoldPoint& p : scene.points()) {
-    EXPECT_GE(static_cast<std::uint32_t>(p.m_index0), brick()->info().points);
+    EXPECT_GE(static_cast<std::uint32_t>(p.m_partId0), brick()->info().points);
     EXPECT_NE(p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING, 0);
     EXPECT_GT(p.m_combinedContactStiffness1, 0);
   }
