@@ -3,13 +3,13 @@
 // subset.
 #include <console_bridge/console.h>
 #include <fmt/format.h>
-#include <tinyxml.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
+#include <string_view>
 #include <system_error>
 
 #include "cli/scene/scene.h"
@@ -43,12 +43,17 @@ Placement to_placement(const urdf::Pose& pose) {
   return result;
 }
 
-// The name of the package that a folder is, by its package.xml; empty: it has none.
+// The name of the package that a folder is, the first <name> of its package.xml; empty: it has none.
 std::string package_of(const fs::path& folder) {
-  TiXmlDocument document;
-  if (!document.LoadFile((folder / "package.xml").string())) return {};
-  const TiXmlElement* const name = document.RootElement()->FirstChildElement("name");
-  return name != nullptr && name->GetText() != nullptr ? name->GetText() : "";
+  std::error_code ignored;
+  if (!fs::is_regular_file(folder / "package.xml", ignored)) return {};
+  const std::string text = read_text(folder / "package.xml");
+  constexpr std::string_view kName = "<name>";
+  const std::size_t begin = text.find(kName);
+  if (begin == std::string::npos) return {};
+  const std::size_t first = text.find_first_not_of(" \t\r\n", begin + kName.size());
+  const std::size_t end = text.find_first_of("< \t\r\n", first);
+  return end == std::string::npos ? "" : text.substr(first, end - first);
 }
 
 // Looks for package://NAME/REST as NAME/REST in the folders above the URDF, then as REST where no package.xml has
