@@ -78,6 +78,10 @@ struct OldPoints {
   }
 };
 
+bool has_springs(const Pair& pair) {
+  return foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
+}
+
 // Bullet clears these values in every addContactPoint. They are weighted by area, so that the stiffness does not depend
 // on the sampling.
 void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const ManifoldContact> contacts) {
@@ -119,16 +123,16 @@ bool has_flag(const btManifoldResult& result, int flags) {
 }
 
 // The user may change a point that was added or moved, as in addContactPoint.
-void ask_user(const btManifoldResult& result, const btPersistentManifold& manifold, btManifoldPoint& p) {
+void call_added_callback(const btManifoldResult& result, const btPersistentManifold& manifold, btManifoldPoint& p) {
   const btCollisionObjectWrapper* first = result.getBody0Wrap();
   const btCollisionObjectWrapper* second = result.getBody1Wrap();
   if (manifold.getBody0() != first->getCollisionObject()) std::swap(first, second);
   gContactAddedCallback(p, first, p.m_partId0, p.m_index0, second, p.m_partId1, p.m_index1);
 }
 
-// Empties a manifold but for a point that stands in for the first fresh one, which replaces it. So Bullet does not tell
-// the user that the contact ended and another one started. The old points have the user's data.
-void leave_stand_in(const FreshPoint& fresh, btPersistentManifold& manifold) {
+// Empties a manifold but for a placeholder, which the first fresh point replaces. So Bullet does not report that the
+// contact ended and another one started. OldPoints has the user's data.
+void keep_placeholder(const FreshPoint& fresh, btPersistentManifold& manifold) {
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     manifold.getContactPoint(i).m_userPersistentData = nullptr;
   }
@@ -184,7 +188,8 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
     ++p.m_lifeTime;
   }
   if (gContactAddedCallback != nullptr && has_flag(result, btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK)) {
-    for (int i = 0; i < manifold.getNumContacts(); ++i) ask_user(result, manifold, manifold.getContactPoint(i));
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+      call_added_callback(result, manifold, manifold.getContactPoint(i));
   }
   return true;
 }
@@ -197,7 +202,7 @@ void add_points(const Pair& pair, std::span<const ManifoldContact> contacts, std
   const bool goes_on =
       old.count > 0 && is_bullets_own(result) && fresh.front().depth <= manifold.getContactBreakingThreshold();
   if (goes_on) {
-    leave_stand_in(fresh.front(), manifold);
+    keep_placeholder(fresh.front(), manifold);
   } else {
     manifold.clearManifold();
     old.forget_user_data();
@@ -209,11 +214,10 @@ void add_points(const Pair& pair, std::span<const ManifoldContact> contacts, std
     result.addContactPoint(fresh[i].normal, fresh[i].on_second, fresh[i].depth);
   }
   if (goes_on) manifold.getContactPoint(0).m_appliedImpulseLateral1 = 0;
-  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
-    if (has_springs) make_spring(point, foundation_of(pair), contacts);
+    if (has_springs(pair)) make_spring(point, foundation_of(pair), contacts);
     old.hand_over(point, shell_is_first ? point.m_localPointA : point.m_localPointB, btScalar(placing.beside));
   }
   old.destroy_user_data();
@@ -293,13 +297,12 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
     const btVector3 normal = shell_is_first ? into_shell : -into_shell;
     return FreshPoint{normal, shell_is_first ? position - depth * normal : position, depth};
   };
-  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
   std::array<FreshPoint, MANIFOLD_CACHE_SIZE> fresh;
   std::transform(contacts.begin(), contacts.end(), fresh.begin(), point_of);
   const std::span<const FreshPoint> all(fresh.data(), contacts.size());
   constexpr int kChangesPoints =
       btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING | btCollisionObject::CF_HAS_FRICTION_ANCHOR;
-  const bool moves = !has_springs && are_the_same(*target, contacts) && is_bullets_own(*result) &&
+  const bool moves = !has_springs(pair) && are_the_same(*target, contacts) && is_bullets_own(*result) &&
                      !has_flag(*result, kChangesPoints) &&
                      move_points(all, shell_is_first, btScalar(placing.beside), *result, *target);
   if (!moves) add_points(pair, contacts, all, placing, *result, *target);

@@ -371,6 +371,16 @@ TEST(Urdf, ParentAndChildOfAJointThatHangsOnAFrameDoNotMeet) {
   EXPECT_EQ(report["pairs_that_meet"], 2) << "each meets the plane alone";
 }
 
+TEST(Urdf, AnInertiaOfZeroIsNoted) {
+  const TemporaryFolder folder;
+  std::string text = "<robot name=\"r\">" + link("l", sample("gear")) + "</robot>";
+  for (std::size_t at; (at = text.find("1e-4")) != std::string::npos;) text.replace(at, 4, "0");
+  write_file(folder / "r.urdf", text);
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"r\"\nurdf = \"r.urdf\"\n"));
+  EXPECT_NE(report["notes"].dump().find("moment of inertia of 0"), std::string::npos);
+  expect_refusal(folder, "r.urdf", kBad, "scenes and robots are for `vpsbake scene`");
+}
+
 TEST(Urdf, RealUrdfsAreRead) {
   VPS_SHARED_FILE_OR_SKIP(scenes, "scenes");
   const TemporaryFolder folder;

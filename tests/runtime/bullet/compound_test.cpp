@@ -70,8 +70,6 @@ TEST(Compound, AFastBodyStopsAtThinChildrenAndAsAChild) {
 }
 
 TEST(Compound, PointsNameTheChildThatTheyAreOn) {
-  static std::set<int> of_compound;
-  static std::set<int> of_ground;
   bullet::Shape baked(brick());
   btBoxShape box({btScalar(0.05), btScalar(0.05), btScalar(0.05)});
   bullet::Shape plate(baked_at(make_box({0.3, 0.3, 0.02}), 0.008));
@@ -84,7 +82,8 @@ TEST(Compound, PointsNameTheChildThatTheyAreOn) {
     btRigidBody& ground = scene.add(plate, 0, {0, 0, btScalar(-0.02)});
     btRigidBody& body = scene.add(three, 1, {0, 0, btScalar(0.0495)});
     scene.world.performDiscreteCollisionDetection();
-    of_compound.clear(), of_ground.clear();
+    std::set<int> of_compound;
+    std::set<int> of_ground;
     for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m) {
       const btPersistentManifold& manifold = *scene.dispatcher.getManifoldByIndexInternal(m);
       for (int i = 0; i < manifold.getNumContacts(); ++i) {

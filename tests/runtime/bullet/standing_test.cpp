@@ -224,25 +224,25 @@ TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
   gCalculateCombinedFrictionCallback = usual;
 }
 
-// What the user is told of contacts, and the data that the user keeps at them.
-struct Told {
+// How often Bullet calls the callbacks of contacts, and how many data the user has made and freed.
+struct Calls {
   int started = 0, ended = 0, added = 0, processed = 0, destroyed = 0;
 };
-Told told;
+Calls calls;
 class Listening {
  public:
   Listening() {
-    told = {};
-    gContactStartedCallback = [](btPersistentManifold* const&) { ++told.started; };
-    gContactEndedCallback = [](btPersistentManifold* const&) { ++told.ended; };
-    gContactProcessedCallback = [](btManifoldPoint&, void*, void*) { return ++told.processed > 0; };
+    calls = {};
+    gContactStartedCallback = [](btPersistentManifold* const&) { ++calls.started; };
+    gContactEndedCallback = [](btPersistentManifold* const&) { ++calls.ended; };
+    gContactProcessedCallback = [](btManifoldPoint&, void*, void*) { return ++calls.processed > 0; };
     gContactDestroyedCallback = [](void* data) {
       delete static_cast<int*>(data);
-      return ++told.destroyed > 0;
+      return ++calls.destroyed > 0;
     };
     gContactAddedCallback = [](btManifoldPoint& p, const btCollisionObjectWrapper*, int, int,
                                const btCollisionObjectWrapper*, int, int) {
-      if (p.m_userPersistentData == nullptr) p.m_userPersistentData = new int(++told.added);
+      if (p.m_userPersistentData == nullptr) p.m_userPersistentData = new int(++calls.added);
       p.m_combinedFriction = 0;
       return true;
     };
@@ -265,13 +265,13 @@ TEST(Standing, TheUsersCallbacksKnowTheContactsThatStay) {
     btRigidBody& body = scene.add(cube(), btScalar(0.008), btVector3(0, 0, btScalar(0.0101)));
     if (custom) body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
     scene.step(120);
-    told = {};
+    calls = {};
     scene.step(120);
-    EXPECT_EQ(told.started, 0) << custom;
-    EXPECT_EQ(told.ended, 0) << custom;
-    EXPECT_EQ(told.processed, 4 * 120) << custom;
-    EXPECT_EQ(told.added, 0) << custom;
-    EXPECT_EQ(told.destroyed, 0) << custom;
+    EXPECT_EQ(calls.started, 0) << custom;
+    EXPECT_EQ(calls.ended, 0) << custom;
+    EXPECT_EQ(calls.processed, 4 * 120) << custom;
+    EXPECT_EQ(calls.added, 0) << custom;
+    EXPECT_EQ(calls.destroyed, 0) << custom;
   }
   // A ball's points in contact change as it rolls.
   bullet::Shape ball(baked_at(make_sphere(0.01, 3), 0.001));
@@ -282,16 +282,16 @@ TEST(Standing, TheUsersCallbacksKnowTheContactsThatStay) {
   scene.step(10);
   body.setLinearVelocity({btScalar(0.005), 0, 0});
   body.setAngularVelocity({0, btScalar(0.5), 0});
-  told.started = told.ended = 0;
+  calls.started = calls.ended = 0;
   scene.step(120);
-  EXPECT_EQ(told.started, 0);
-  EXPECT_EQ(told.ended, 0);
+  EXPECT_EQ(calls.started, 0);
+  EXPECT_EQ(calls.ended, 0);
   int old = 0;
   for (const btManifoldPoint& p : scene.points()) {
     ASSERT_NE(p.m_userPersistentData, nullptr);
     if (p.getLifeTime() < 20) continue;
     ++old;
-    EXPECT_LT(*static_cast<int*>(p.m_userPersistentData), told.added - 20) << "data made when the point was";
+    EXPECT_LT(*static_cast<int*>(p.m_userPersistentData), calls.added - 20) << "data made when the point was";
   }
   EXPECT_GE(old, 1);
 }
