@@ -137,11 +137,10 @@ class World {
     return add(std::make_shared<btSphereShape>(btScalar(radius)), options, btTransform::getIdentity());
   }
   std::size_t add_plane(const Vector& normal, double offset, const BodyOptions& options) {
-    if (!(std::abs(offset) <= kLargest)) throw py::value_error("offset: at most 1e9 m from the origin");
     const btVector3 up = direction("normal", normal);
-    const double length = std::hypot(normal[0], normal[1], normal[2]);
-    return add(std::make_shared<btStaticPlaneShape>(up, btScalar(offset / length)), options,
-               btTransform::getIdentity());
+    const double distance = offset / std::hypot(normal[0], normal[1], normal[2]);
+    if (!(std::abs(distance) <= kLargest)) throw py::value_error("offset: at most 1e9 m from the origin");
+    return add(std::make_shared<btStaticPlaneShape>(up, btScalar(distance)), options, btTransform::getIdentity());
   }
 
   // @return the index of the first of its bodies

@@ -233,7 +233,7 @@ def test_bad_arguments(cube):
                  lambda: world.add(cube, pose=np.full((4, 4), np.nan)), lambda: world.add(cube, density=0),
                  lambda: world.add(cube, mass=-1), lambda: world.add(cube, friction=-1), lambda: world.add_box([0, 1, 1]),
                  lambda: world.add_sphere(-1), lambda: world.add_sphere(1e-46), lambda: vps.World(step=1e-7),
-                 lambda: world.add_plane(offset=1e39), lambda: world.add(cube, restitution=np.inf), lambda: world.add_plane((0, 0, 0)), lambda: body.push((0, 0, np.inf)),
+                 lambda: world.add_plane(offset=1e39), lambda: world.add_plane((0, 0, 1e-25), 1.0), lambda: world.add(cube, restitution=np.inf), lambda: world.add_plane((0, 0, 0)), lambda: body.push((0, 0, np.inf)),
                  lambda: world.hinge(body, stranger, point=(0, 0, 0), axis=(0, 0, 1)),
                  lambda: world.hinge(body, body, point=(0, 0, 0), axis=(0, 0, 1)),
                  lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 0, 0)),
