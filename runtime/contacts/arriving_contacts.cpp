@@ -161,15 +161,14 @@ Approach fast_approach(const StepMotion& first, const StepMotion& second, double
     const float fall = std::max(length(first.fall), length(second.fall));
     const float alone = std::min(fastest + spin, kStepsFromRest * fall);
     if (fastest > kMoveTogether * between && alone > voxel && alone < kFarthest) {
-      const bool is_still = way <= voxel && fall <= 2 * voxel;
+      const bool is_still = way <= voxel && fall <= kLongFall_vx * voxel;
       return {std::max(way, alone), true, is_still ? Approach::Phase::still : Approach::Phase::resting};
     }
   }
   if (!(way > voxel)) return {};
   const float fall = length(first.fall - second.fall);
   if (way > voxel + kStepsFromRest * fall) return {way, false, Approach::Phase::landing};
-  // Four contacts of a body that falls farther in a step may all lie on one side: it would tip through the ground.
-  const bool is_still = way <= voxel + fall && fall <= 2 * voxel;
+  const bool is_still = way <= voxel + fall && fall <= kLongFall_vx * voxel;
   return {way, false, is_still ? Approach::Phase::still : Approach::Phase::resting};
 }
 

@@ -33,6 +33,10 @@ struct Approach {
       bound(first.way) + bound(second.way) + bound(first.turn) * first.radius + bound(second.turn) * second.radius;
   return way <= static_cast<float>(voxel_size) ? Approach() : fast_approach(first, second, voxel_size);
 }
+/// How far the bodies of a pair may fall in a step before the four contacts of a manifold are too few: they may all lie
+/// on one side, and the body would tip through the ground. [vx]
+inline constexpr float kLongFall_vx = 2;
+
 /// The way is 0 for a pair without motions.
 [[nodiscard]] inline Approach approach(const StepPair& pair) noexcept {
   const bool moves = pair.shell_motion != nullptr && pair.field_motion != nullptr;

@@ -35,6 +35,22 @@ std::uint32_t joint_level(const PointshellView& shell) {
 // Motion in a step that ends the rest of a pair. [vx]
 constexpr double kCarried_vx = 0.05;
 
+// Steps that a pair keeps its contacts of segments after its last long fall, for those whose steps differ in length.
+// Four contacts in the short steps and many in the long ones shake stacks until they fall.
+constexpr std::uint8_t kAfterLongFall = 60;
+
+bool falls_far(const StepPair& pair, PairMemory& memory) {
+  if (pair.shell_motion == nullptr || pair.field_motion == nullptr) return false;
+  const float longest = kLongFall_vx * static_cast<float>(pair.voxel_size);
+  const auto is_long = [=](Vec3 fall) { return dot(fall, fall) > longest * longest; };
+  if (is_long(pair.shell_motion->fall) || is_long(pair.field_motion->fall)) {
+    memory.falls_far = kAfterLongFall;
+  } else if (memory.falls_far > 0) {
+    --memory.falls_far;
+  }
+  return memory.falls_far > 0;
+}
+
 // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
 // contacts ahead for ever. It is carried until it moves more: with few contacts and many in turn, stacks sway.
 bool is_carried(const StepPair& pair, const Approach& approach, const PairMemory& memory) {
@@ -179,7 +195,8 @@ double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept {
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;
-  memory.is_carried = is_carried(pair, approach, memory);
+  const bool needs_many = falls_far(pair, memory);
+  memory.is_carried = !needs_many && is_carried(pair, approach, memory);
   const float way = memory.is_carried ? 0 : approach.way;
   const Stand before = memory.touched ? Stand() : memory.now;
   memory.now = pair.shell_to_field;
@@ -190,7 +207,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
   options.leaves_faces = query.leaves_faces;
   // With a margin contacts press before they are inside.
   if (pair.has_springs() && !(pair.margin > 0)) options.flat_patches = query.flat_patches;
-  if (way > 0) {
+  if (way > 0 || needs_many) {
     // With more than one contact for each segment, the solver's iterations do not suffice to stop a landing body.
     if (approach.phase == Approach::Phase::landing) memory.segments.points.clear();
     if (options.segment_level == 0 && !pair.has_springs()) {

@@ -156,6 +156,7 @@ struct PairMemory {
   Stand now;                            ///< in this step
   bool touched = false;                 ///< in the last one
   bool is_carried = false;              ///< it rests, without contacts ahead
+  std::uint8_t falls_far = 0;           ///< for so many more steps
   std::array<std::uint32_t, 4> last{};  ///< features of the last contacts in slot 0
   std::size_t last_count = 0;
 

@@ -115,6 +115,25 @@ TEST(Standing, TenCubesStandAt240Hz) {
   expect_to_stand(add_stack, 240);
 }
 
+// Where contacts ahead are needed in long steps only, they come and go.
+TEST(Standing, FiveCubesStandWithLongAndShortStepsInTurn) {
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  for (const double rate : {100.0, 240.0}) {
+    for (int start = 0; start < kStarts; ++start) {
+      Advised scene(kSide / 25);
+      scene.add(plane, 0, btVector3(0, 0, 0));
+      Random random(std::uint64_t(start + 1));
+      for (int i = 0; i < 5; ++i) add_cube(scene, random, {0, 0, btScalar((i + 0.5) * kSide)});
+      for (int i = 0; i < 300; ++i) {
+        scene.step(1, btScalar(1 / 60.0));
+        scene.step(1, btScalar(1 / rate));
+      }
+      EXPECT_GT(scene.bodies.back()->getWorldTransform().getOrigin().z(), 4.25 * kSide)
+          << rate << " Hz, start " << start;
+    }
+  }
+}
+
 TEST(Standing, CornersAndEdgesOfStackedCubesMeetFaces) {
   for (int start = 0; start < kStarts; ++start) {
     Advised scene(kSide / 25);
