@@ -28,7 +28,10 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
   trial.pointshell = false;
   trial.thin_faces = 1;
   trial.planned = nullptr;
-  trial.progress = nullptr;
+  // It may end the search.
+  trial.progress = [&](const char*, double) {
+    if (options.progress) options.progress("search", 0);
+  };
   trial.resolution = 0;
   double good = 0;
   double bad = std::numeric_limits<double>::infinity();

@@ -56,8 +56,8 @@ struct BakeOptions {
   std::size_t memory_limit_bytes = 8'000'000'000;
   /// Called once by `bake`, with what `plan_bake` gives, before the first stage.
   std::function<void(const BakePlan&)> planned;
-  /// Called at the start of each stage and during long ones with the part of the expected time that is done (0 to 1),
-  /// and at the start of each step of a mesh's check, as "check: unite shells". From any thread, by one at a time.
+  /// Called at the start of stages and of steps of a mesh's check, as "check: unite shells", and during long stages,
+  /// with the part of the expected time that is done (0 to 1). By one thread at a time. What it throws ends the bake.
   std::function<void(const char* stage, double fraction)> progress;
 
   /// Chooses a step of s/50 or finer with which the band fills the range of 8 or 16 bits. The coarsest bricks use twice

@@ -7,8 +7,11 @@
 #include <pybind11/stl.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -137,16 +140,38 @@ py::tuple to_python(const vps::bake::StoredAsset& stored, const std::string& cac
   return py::make_tuple(array, notes);
 }
 
+// Ends a bake that the user interrupts.
+struct Interrupted {};
+
+// Bakes in another thread, so that this one can look for signals: only Python's main thread gets them.
+// @throw py::error_already_set  what a signal raised, as KeyboardInterrupt
 template <class Mesh>
 py::tuple bake(const Mesh& mesh, const py::dict& given, const std::string& cache) {
-  const vps::bake::BakeSettings settings = to_settings(given);
+  vps::bake::BakeSettings settings = to_settings(given);
+  std::atomic<bool> stop{false};
+  settings.options.progress = [&](const char*, double) {
+    if (stop) throw Interrupted();
+  };
   const int threads = given["threads"].cast<int>();
   vps::bake::StoredAsset stored;
-  {
-    const py::gil_scoped_release release;
+  const auto work = [&] {
     tbb::task_arena processors(threads > 0 ? threads : tbb::task_arena::automatic);
     processors.execute([&] { stored = vps::bake::load_or_bake(mesh, settings, cache); });
+  };
+  {
+    const py::gil_scoped_release release;
+    std::future<void> baking = std::async(std::launch::async, work);
+    while (baking.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
+      const py::gil_scoped_acquire acquire;
+      if (!stop && PyErr_CheckSignals() != 0) stop = true;
+    }
+    try {
+      baking.get();
+    } catch (...) {
+      if (!stop) throw;
+    }
   }
+  if (stop) throw py::error_already_set();
   return to_python(stored, cache);
 }
 

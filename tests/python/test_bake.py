@@ -3,8 +3,10 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -173,6 +175,16 @@ def test_wrong_arguments_say_what_is_wrong(arguments, error, text):
     vertices, faces = read_obj("cube.obj")
     with pytest.raises(error, match=text):
         vps.bake(vertices, **{"faces": faces, **arguments})
+
+
+@pytest.mark.parametrize("size", [{"resolution": 400}, {"max_error": 2e-5}])
+def test_a_bake_can_be_interrupted(tmp_path, size):
+    """An asset in the cache would show that the bake went on to its end."""
+    vertices, faces = read_obj("icosphere.obj")
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        vps.bake(vertices, faces, cache=tmp_path / "cache", **size)
+    assert not list((tmp_path / "cache").rglob("*.hdf"))
 
 
 def test_without_its_other_modules_the_package_works(tmp_path, cube):

@@ -363,7 +363,7 @@ _BAKE_NUMBERS = {"voxel", "resolution", "max_error", "alpha", "sheet_thickness",
 def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None = None, resolution: int | None = None,
          max_error: float | None = None, unit: float = 1.0, repair: str = "automatic", cache: Path | None = None,
          threads: int = 0, **options: Any) -> Asset:
-    """Bakes a mesh: seconds for a part of 200 voxels. The same mesh and options give the same bytes.
+    """Bakes a mesh: seconds for a part of 200 voxels. The same mesh and options give the same bytes. Ctrl-C ends it.
 
     mesh: vertices of shape (n, 3) [m], with `faces` of shape (m, 3), counter-clockwise seen from outside; or an object with
         `vertices` and `faces`, such as a trimesh.Trimesh; or the path of a mesh file (obj, stl, ply, off, gltf, ...)
