@@ -161,6 +161,11 @@ class Lint {
     }
     // Boxes and other primitives include their margin in their size.
     const int type = shape.getShapeType();
+    if (type == SOFTBODY_SHAPE_PROXYTYPE) {
+      return add(&object, "btSoftBody",
+                 "soft bodies are slow on baked shapes, and fall through: let them meet simple shapes instead, by "
+                 "collision filters");
+    }
     const bool grows =
         btBroadphaseProxy::isPolyhedral(type) ? type != BOX_SHAPE_PROXYTYPE : type == CONE_SHAPE_PROXYTYPE;
     if (grows && margin > finest_) {

@@ -44,6 +44,13 @@ TEST(Lint, ASoundWorldGetsNoAdvice) {
   EXPECT_TRUE(bullet::lint(empty.world, kStep).empty());
 }
 
+TEST(Lint, SoftBodiesAreNamed) {
+  struct Soft : btSphereShape {
+    Soft() : btSphereShape(1) { m_shapeType = SOFTBODY_SHAPE_PROXYTYPE; }
+  } soft;
+  EXPECT_EQ(advice_after([&](World& scene) { scene.add(soft, 0, {0, 0, 5}); }), "btSoftBody ");
+}
+
 TEST(Lint, EachSettingThatHurtsIsNamed) {
   EXPECT_EQ(advice_after(
                 [](World& scene) { scene.world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-0.04); }),
