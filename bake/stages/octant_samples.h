@@ -26,8 +26,7 @@ class OctantSamples {
     return static_cast<std::size_t>((z * kSide + y) * kSide + x);
   }
 
-  OctantSamples(const Grid& grid, const InsideRuns& runs, const BandField& field)
-      : grid_(grid), runs_(runs), field_(field) {}
+  OctantSamples(const Grid& grid, const InsideRuns& runs, const BandField& field);
 
   /// @param brick  whose voxel (0,0,0) is sample (0,0,0)
   void load(const Index3& brick);
@@ -46,18 +45,18 @@ class OctantSamples {
   [[nodiscard]] double shift_of_two(int x, int y, int z) const;          ///< for cells of two voxels. [vx]
 
  private:
-  void load_row(const std::array<std::uint32_t, 27>& bricks, int y, int z, float* row) const;
-  void load_exact(const Index3& brick, const std::array<std::uint32_t, 27>& bricks, int y, int z);
+  void load_lines();
   void add_shifts();
 
   const Grid& grid_;
   const InsideRuns& runs_;
   const BandField& field_;
-  std::array<double, std::size_t{kSide} * kSide * kSide> value_{};
-  std::array<std::uint32_t, std::size_t{kSide} * kSide * kSide> closest_{};
-  ChordLines lines_{};
-  CellErrors errors_{};
-  std::array<float, std::size_t{kSide} * kSide * kSide> shift_{};
+  std::array<std::uint32_t, 27> bricks_;  // numbers of the brick and its neighbours, or kNoBrick
+  std::array<double, std::size_t{kSide} * kSide * kSide> value_;
+  std::array<std::uint32_t, std::size_t{kSide} * kSide * kSide> closest_;
+  ChordLines lines_;
+  CellErrors errors_;
+  std::array<float, std::size_t{kSide} * kSide * kSide> shift_;
 };
 
 }  // namespace vps::bake
