@@ -12,32 +12,25 @@ namespace {
 constexpr int kEdge = static_cast<int>(kFieldEdge);
 constexpr int kFine = FineSamples::kEdge;
 
-// How far errors around a sample go beyond what is allowed: upwards, downwards. Negative where there is room.
-struct Excess {
-  double up = -FineSamples::kAnyError;
-  double down = -FineSamples::kAnyError;
-};
+using FineValues = std::array<double, FineSamples::kCount>;
 
-// The cube of fine samples that a sample weighs at.
-template <class Visit>
-void for_each_around(int x, int y, int z, Visit visit) {
-  const auto low = [](int i) { return std::max(2 * i - 1, 0); };
-  const auto high = [](int i) { return std::min(2 * i + 1, kFine - 1); };
-  for (int k = low(z); k <= high(z); ++k) {
-    for (int j = low(y); j <= high(y); ++j) {
-      for (int i = low(x); i <= high(x); ++i) visit(static_cast<std::size_t>((k * kFine + j) * kFine + i));
+// The largest value in the cube of fine samples that each sample weighs at, axis by axis.
+void largest_around(const FineValues& fine, BrickValues& largest) {
+  const auto narrow = [](const double* from, double* to, int step, int count) {
+    for (int i = 0; i < kEdge; ++i) {
+      const double* const first = from + std::max(2 * i - 1, 0) * step;
+      const double* const here = from + 2 * i * step;
+      const double* const last = from + std::min(2 * i + 1, kFine - 1) * step;
+      for (int n = 0; n < count; ++n) to[i * count + n] = std::max({first[n], here[n], last[n]});
     }
+  };
+  double xy[kFine][kEdge][kEdge];
+  for (int z = 0; z < kFine; ++z) {
+    double x[kFine][kEdge];
+    for (int y = 0; y < kFine; ++y) narrow(fine.data() + (z * kFine + y) * kFine, x[y], 1, 1);
+    narrow(x[0], xy[z][0], kEdge, kEdge);
   }
-}
-
-template <class Visit>
-void for_each_sample(Visit visit) {
-  std::size_t n = 0;
-  for (int z = 0; z < kEdge; ++z) {
-    for (int y = 0; y < kEdge; ++y) {
-      for (int x = 0; x < kEdge; ++x) visit(n++, x, y, z);
-    }
-  }
+  narrow(xy[0][0], largest.data(), kEdge * kEdge, kEdge * kEdge);
 }
 
 }  // namespace
@@ -45,31 +38,40 @@ void for_each_sample(Visit visit) {
 bool fit_samples(const FineSamples& fine, const BrickValues& value, double step, double farthest, BrickValues& fitted) {
   // Found by experiment: more rounds find hardly any more.
   constexpr int kRounds = 4;
-  std::array<bool, std::tuple_size_v<BrickValues>> may_move;
-  for_each_sample([&](std::size_t n, int x, int y, int z) {
-    may_move[n] = std::abs(value[n]) > std::max(step, farthest);
-    for_each_around(x, y, z, [&](std::size_t at) { may_move[n] &= fine.limit[at] != FineSamples::kUnknown; });
-  });
+  FineValues unknown;
+  for (std::size_t at = 0; at < FineSamples::kCount; ++at) unknown[at] = fine.limit[at] == FineSamples::kUnknown;
+  BrickValues near_unknown;
+  largest_around(unknown, near_unknown);
   bool moved = false;
-  std::array<double, FineSamples::kCount> error;
   for (int round = 0; round < kRounds; ++round) {
+    FineValues error;
     fill_between<kEdge>(
         fitted, [](double a, double b) { return (a + b) / 2; }, error);
-    for (std::size_t at = 0; at < FineSamples::kCount; ++at) error[at] -= fine.value[at];
-    for_each_sample([&](std::size_t n, int x, int y, int z) {
-      if (!may_move[n]) return;
-      Excess excess;
-      for_each_around(x, y, z, [&](std::size_t at) {
-        excess.up = std::max(excess.up, error[at] - fine.limit[at]);
-        excess.down = std::max(excess.down, -error[at] - fine.limit[at]);
-      });
-      if (std::max(excess.up, excess.down) <= 0) return;
-      const double wanted = fitted[n] - (excess.up - excess.down) / 2;
+    // How far errors go beyond what is allowed, upwards and downwards. Negative where there is room.
+    FineValues up;
+    FineValues down;
+    for (std::size_t at = 0; at < FineSamples::kCount; ++at) {
+      error[at] -= fine.value[at];
+      up[at] = error[at] - fine.limit[at];
+      down[at] = -error[at] - fine.limit[at];
+    }
+    BrickValues most_up;
+    BrickValues most_down;
+    largest_around(up, most_up);
+    largest_around(down, most_down);
+    bool moved_now = false;
+    for (std::size_t n = 0; n < fitted.size(); ++n) {
+      const bool may_move = near_unknown[n] == 0 && std::abs(value[n]) > std::max(step, farthest);
+      if (!may_move || std::max(most_up[n], most_down[n]) <= 0) continue;
+      const double wanted = fitted[n] - (most_up[n] - most_down[n]) / 2;
       const double shifted = std::clamp(wanted, value[n] - farthest, value[n] + farthest);
-      if (shifted == fitted[n]) return;
+      if (shifted == fitted[n]) continue;
       fitted[n] = shifted;
-      moved = true;
-    });
+      moved_now = true;
+    }
+    // Another round would not move any, either.
+    if (!moved_now) break;
+    moved = true;
   }
   return moved;
 }

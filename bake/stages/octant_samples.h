@@ -26,6 +26,11 @@ class OctantSamples {
     return static_cast<std::size_t>((z * kSide + y) * kSide + x);
   }
 
+  /// Number of a cell in the cell errors.
+  static constexpr std::size_t cell(int x, int y, int z) {
+    return static_cast<std::size_t>((z * static_cast<int>(kBrickEdge) + y) * static_cast<int>(kBrickEdge) + x);
+  }
+
   OctantSamples(const Grid& grid, const InsideRuns& runs, const BandField& field);
 
   /// @param brick  whose voxel (0,0,0) is sample (0,0,0)

@@ -49,6 +49,7 @@ bool BrickSampler::load(const std::uint32_t (&at)[3]) {
   octant_.load({at[0], at[1], at[2]});
   if (!any_in_band()) return false;
   octant_.estimate();
+  for (std::size_t n = 0; n < fitted_.size(); ++n) fitted_[n] = fitted(octant_.value(n), octant_.shift(n));
   for (std::size_t axis = 0; axis < 3; ++axis)
     octant_base_[axis] = static_cast<std::int32_t>(at[axis] * kBrickEdge) * kQuarters;
   listed_ = {};
@@ -78,23 +79,27 @@ std::array<int, 3> BrickSampler::place_in_octant(const FieldBrick& brick) const 
   return first;
 }
 
+double BrickSampler::fitted(double value, double shift_vx) const {
+  const double shifted = value + std::clamp(shift_vx * grid_.voxel_size, -tolerance_.error, tolerance_.error);
+  // A sample keeps its sign.
+  return shifted * value > 0 ? shifted : value;
+}
+
 FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
-  FieldBrick brick{level, base, {}, {}, {}};
+  FieldBrick brick;
+  brick.level = level;
+  brick.base = base;
   const int step = level > 0 ? 2 : 1;
   const std::array<int, 3> first = place_in_octant(brick);
+  std::size_t to = 0;
   for (int z = 0; z < kEdge; ++z) {
     for (int y = 0; y < kEdge; ++y) {
-      for (int x = 0; x < kEdge; ++x) {
+      for (int x = 0; x < kEdge; ++x, ++to) {
         const int i[3] = {first[0] + x * step, first[1] + y * step, first[2] + z * step};
         const std::size_t n = OctantSamples::number(i[0], i[1], i[2]);
-        const double value = octant_.value(n);
-        const double wanted = level > 0 ? octant_.shift_of_two(i[0], i[1], i[2]) : octant_.shift(n);
-        const double shifted = value + std::clamp(wanted * grid_.voxel_size, -tolerance_.error, tolerance_.error);
-        const auto at = static_cast<std::size_t>(sample_at(x, y, z));
-        brick.value[at] = value;
-        brick.closest[at] = octant_.closest(n);
-        // A sample keeps its sign.
-        brick.fitted[at] = shifted * value > 0 ? shifted : value;
+        brick.value[to] = octant_.value(n);
+        brick.closest[to] = octant_.closest(n);
+        brick.fitted[to] = level > 0 ? fitted(octant_.value(n), octant_.shift_of_two(i[0], i[1], i[2])) : fitted_[n];
       }
     }
   }
@@ -196,7 +201,9 @@ Places128 BrickSampler::float_places(const Index& base, int level) const {
 }
 
 FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const {
-  FieldBrick brick{parent.level - 1, parent.octant_base(octant), {}, {}, {}};
+  FieldBrick brick;
+  brick.level = parent.level - 1;
+  brick.base = parent.octant_base(octant);
   const PointLattice points = lattice(brick.base, brick.level);
   std::vector<PlaceBits> bits(from.size());
   const auto slack = static_cast<float>(kEquallyNear * points.step / grid_.voxel_size);
@@ -301,7 +308,17 @@ double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const 
 }
 
 BrickErrors BrickSampler::errors(const FieldBrick& brick) const {
-  if (brick.level == 0) return {octant_.errors(), place_in_octant(brick)};
+  const auto part_of = [](const CellErrors& cells, const std::array<int, 3>& first) {
+    BrickErrors part;
+    for (int z = 0; z < kCells; ++z) {
+      for (int y = 0; y < kCells; ++y) {
+        const auto* const from = &cells[OctantSamples::cell(first[0], first[1] + y, first[2] + z)];
+        std::copy_n(from, kCells, &part.cells[static_cast<std::size_t>(BrickErrors::number(0, y, z))]);
+      }
+    }
+    return part;
+  };
+  if (brick.level == 0) return part_of(octant_.errors(), place_in_octant(brick));
   ChordLines lines;
   constexpr int kHalo = ChordLines::kHalo;
   std::fill_n(&lines.value[0][0][0], sizeof(lines.value) / sizeof(float), std::numeric_limits<float>::quiet_NaN());
@@ -316,9 +333,9 @@ BrickErrors BrickSampler::errors(const FieldBrick& brick) const {
     }
   }
   chord_errors(lines);
-  BrickErrors found;
-  cell_errors(lines, found.cells);
-  return found;
+  CellErrors cells;
+  cell_errors(lines, cells);
+  return part_of(cells, {0, 0, 0});
 }
 
 Vector BrickSampler::place(const FieldBrick& brick, std::size_t sample) const {

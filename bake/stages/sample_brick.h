@@ -41,12 +41,9 @@ struct FieldBrick {
 
 /// Estimated errors of interpolation in the cells between a brick's exact samples. [vx]
 struct BrickErrors {
-  CellErrors cells;
-  std::array<int, 3> first{};  ///< the brick's lowest cell
-  [[nodiscard]] double at(int x, int y, int z) const {
-    constexpr auto kRow = static_cast<int>(kBrickEdge);
-    return cells[static_cast<std::size_t>(((first[2] + z) * kRow + first[1] + y) * kRow + first[0] + x)];
-  }
+  static constexpr int number(int x, int y, int z) { return (z * FieldBrick::kCells + y) * FieldBrick::kCells + x; }
+  [[nodiscard]] double at(int x, int y, int z) const { return cells[static_cast<std::size_t>(number(x, y, z))]; }
+  std::array<float, FieldBrick::kCells * FieldBrick::kCells * FieldBrick::kCells> cells;
 };
 
 /// Triangles near a cube: positions in the list of the voxel brick. Those that can be closest to a point of it come
@@ -139,6 +136,7 @@ class BrickSampler {
   }
   void list_triangles();
   bool any_in_band() const;
+  double fitted(double value, double shift_vx) const;
 
   const Surface& surface_;
   const Grid& grid_;
@@ -147,7 +145,8 @@ class BrickSampler {
   const InsideTest& inside_;
   const FieldTolerance& tolerance_;
   OctantSamples octant_;
-  Index octant_base_{};                      // of its sample (0,0,0)
+  std::array<double, OctantSamples::number(0, 0, OctantSamples::kSide)> fitted_;  // for cells of one voxel. [m]
+  Index octant_base_{};                                                           // of its sample (0,0,0)
   std::span<const std::uint32_t> listed_;    // triangles near the octant, once they are needed
   std::vector<FloatTriangle> float_listed_;  // the same, from the octant's centre, in voxels
   std::vector<ProofTriangle> proof_listed_;  // the same; empty without proofs

@@ -13,6 +13,7 @@
 #include "bake/stages/fine_samples.h"
 #include "bake/stages/fit_samples.h"
 #include "bake/stages/sample_brick.h"
+#include "bake/stages/sample_errors.h"
 #include "bake/vps_bake.h"
 
 namespace vps::bake {
@@ -46,7 +47,7 @@ struct SampledBlock {
 struct Verdict {
   bool good = true;
   bool hopeless = false;     // however samples are fitted
-  double worst = 0;          // error within the band [m]
+  double worst = 0;          // error within the band, if larger than all noted before [m]
   std::size_t worst_at = 0;  // of the finer brick's samples
 };
 
@@ -60,7 +61,12 @@ using Octants = std::array<Octant, 8>;
 class BlockSampler {
  public:
   BlockSampler(const FieldSource& from, const SampleForm& form)
-      : surface_(from.surface), grid_(from.grid), tolerance_(from.tolerance), bricks_(from), form_(form) {}
+      : surface_(from.surface),
+        grid_(from.grid),
+        tolerance_(from.tolerance),
+        allowed_(from.tolerance, from.grid.voxel_size),
+        bricks_(from),
+        form_(form) {}
 
   SampledBlock sample(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     block_ = {};
@@ -78,15 +84,6 @@ class BlockSampler {
     if (!bricks_.load(at)) return bricks_.is_inside(at) ? kFarInside : kFarOutside;
     FieldBrick brick = bricks_.over_octant();
     return divide(brick, {});
-  }
-
-  // Largest error that interpolation may have where the penetration is v.
-  double allowed(double v) const {
-    const double band = v > 0 ? tolerance_.band_inner : tolerance_.band_outer;
-    const double core = band - kHalfDiagonal * grid_.voxel_size;
-    const double depth = std::abs(v);
-    if (depth <= core) return tolerance_.error;
-    return depth <= band ? tolerance_.error + kErrorGrowth * (depth - core) : std::numeric_limits<double>::infinity();
   }
 
   // Whether an octant may hold an error that is large enough to test for.
@@ -131,23 +128,17 @@ class BlockSampler {
   Verdict judge(const FieldBrick& coarse, int octant, const FieldBrick& fine) const {
     Verdict verdict;
     const BrickValues interpolated = interpolate(coarse, octant);
-    BrickValues spare;
-    for (std::size_t at = 0; at < kSamples; ++at) {
-      const double error = std::abs(interpolated[at] - fine.value[at]);
-      const double limit = allowed(fine.value[at]);
-      spare[at] = limit - error;
-      if (spare[at] < 0) verdict.good = false;
-      // Fitting halves an error at best.
-      if (error > 2 * limit) {
-        verdict.hopeless = true;
-        return verdict;
-      }
-      if (limit == tolerance_.error && error > verdict.worst) {
-        verdict.worst = error;
-        verdict.worst_at = at;
-      }
+    SampleErrors errors;
+    compare_samples(interpolated, fine.value, allowed_, block_.worst_error, errors);
+    verdict.good = errors.good;
+    // Fitting halves an error at best.
+    verdict.hopeless = errors.hopeless;
+    for (std::size_t at = 0; at < kSamples && errors.good && errors.worse; ++at) {
+      if (!(errors.limit[at] == tolerance_.error && errors.error[at] > verdict.worst)) continue;
+      verdict.worst = errors.error[at];
+      verdict.worst_at = at;
     }
-    if (verdict.good && fine.level == 0) verdict.good = has_room(spare, bricks_.errors(fine));
+    if (verdict.good && fine.level == 0) verdict.good = has_room(errors.spare, bricks_.errors(fine));
     return verdict;
   }
 
@@ -155,7 +146,7 @@ class BlockSampler {
   bool will_surely_do(const FieldBrick& coarse, int octant, std::span<const std::uint32_t> near) {
     for (int n = 0; n < 27; ++n) {
       const auto at = static_cast<std::size_t>(coarse.in_octant(octant, n));
-      if (std::abs(coarse.fitted[at] - coarse.value[at]) > allowed(coarse.value[at])) return false;
+      if (std::abs(coarse.fitted[at] - coarse.value[at]) > allowed_.at(coarse.value[at])) return false;
     }
     return bricks_.surely_interpolates(coarse, octant, near, block_.worst_error);
   }
@@ -178,17 +169,18 @@ class BlockSampler {
   }
 
   // Whether the tolerance that remains at the samples covers the estimated errors of the cells between them.
-  bool has_room(const BrickValues& spare, const BrickErrors& errors) const {
+  bool has_room(BrickValues& spare, const BrickErrors& errors) const {
     // Nearly all estimates are too high, because they add errors that the axes have at different places.
     constexpr double kShare = 0.04;
+    // The least of a cell's corners, axis by axis.
+    for (const int step : {sample_at(1, 0, 0), sample_at(0, 1, 0), sample_at(0, 0, 1)}) {
+      for (std::size_t at = 0; at + static_cast<std::size_t>(step) < kSamples; ++at)
+        spare[at] = std::min(spare[at], spare[at + static_cast<std::size_t>(step)]);
+    }
     for (int z = 0; z < kCells; ++z) {
       for (int y = 0; y < kCells; ++y) {
         for (int x = 0; x < kCells; ++x) {
-          double least = std::numeric_limits<double>::infinity();
-          for (int corner = 0; corner < 8; ++corner) {
-            const int at = sample_at(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
-            least = std::min(least, spare[static_cast<std::size_t>(at)]);
-          }
+          const double least = spare[static_cast<std::size_t>(sample_at(x, y, z))];
           if (kShare * grid_.voxel_size * errors.at(x, y, z) > least) return false;
         }
       }
@@ -276,7 +268,7 @@ class BlockSampler {
         const auto from = static_cast<std::size_t>(i);
         const std::size_t to = FineSamples::at(n, i);
         samples.value[to] = fine.value[from];
-        samples.limit[to] = any_error ? FineSamples::kAnyError : allowed(fine.value[from]);
+        samples.limit[to] = any_error ? FineSamples::kAnyError : allowed_.at(fine.value[from]);
       }
     };
     // Samples on faces between octants count as those of the octant that may be kept.
@@ -359,6 +351,7 @@ class BlockSampler {
   const Surface& surface_;
   const Grid& grid_;
   const FieldTolerance& tolerance_;
+  const AllowedError allowed_;
   BrickSampler bricks_;
   const SampleForm& form_;
   SampledBlock block_;
