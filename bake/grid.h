@@ -71,6 +71,12 @@ using BrickMask = std::array<std::uint64_t, kBrickEdge>;
 inline bool test_bit(const BrickMask& mask, std::uint32_t voxel) {
   return (mask[voxel / 64] >> (voxel % 64)) & 1;
 }
+/// std::popcount without a call: only later processors have an instruction for it.
+inline std::uint64_t count_bits(std::uint64_t bits) {
+  bits -= bits >> 1 & 0x5555555555555555;
+  bits = (bits & 0x3333333333333333) + (bits >> 2 & 0x3333333333333333);
+  return ((bits + (bits >> 4)) & 0x0F0F0F0F0F0F0F0F) * 0x0101010101010101 >> 56;
+}
 inline void set_bit(BrickMask& mask, std::uint32_t voxel) {
   mask[voxel / 64] |= std::uint64_t{1} << (voxel % 64);
 }

@@ -37,7 +37,7 @@ struct BandField {
   /// @pre is_exact, or the next exact voxel is meant
   [[nodiscard]] std::size_t at(std::size_t brick, std::uint32_t voxel) const {
     const std::uint64_t before = exact[brick][voxel / 64] & ((std::uint64_t{1} << voxel % 64) - 1);
-    return start[brick].first + start[brick].plane[voxel / 64] + std::popcount(before);
+    return start[brick].first + start[brick].plane[voxel / 64] + count_bits(before);
   }
   /// V at a voxel of a brick of the set; the end of the band where it is not exact.
   [[nodiscard]] double value(std::size_t brick, std::uint32_t voxel) const {

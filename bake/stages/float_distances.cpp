@@ -135,11 +135,12 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
   Vector corner[3];
   Vector edge[3];
   double length[3];
+  const double per_unit = 1 / unit;
   double far = 0;
   std::size_t longest = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector& here = mesh.corner(triangle, static_cast<int>(k));
-    corner[k] = (here - centre) / unit;
+    corner[k] = (here - centre) * per_unit;
     edge[k] = mesh.corner(triangle, static_cast<int>((k + 1) % 3)) - here;
     length[k] = edge[k].norm();
     far = std::max(far, corner[k].squaredNorm());
@@ -156,11 +157,11 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t n = sliver ? longest : k;
     const bool reversed = sliver && k > 0;
-    const Vector direction = (reversed ? -edge[n] : edge[n]) / length[n];
+    const Vector direction = edge[n] * ((reversed ? -1 : 1) / length[n]);
     const Vector& start = corner[reversed ? (n + 1) % 3 : n];
     out.along[k] = detail::linear_from(start, direction, 0);
     out.outward[k] = detail::linear_from(start, direction.cross(up), 8 * ulps);
-    out.length[k] = static_cast<float>(length[n] / unit);
+    out.length[k] = static_cast<float>(length[n] * per_unit);
   }
   out.height = detail::linear_from(corner[longest], up, 0);
   out.error = static_cast<float>(24 * ulps + (sliver ? height / unit : 0));

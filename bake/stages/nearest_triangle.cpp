@@ -11,6 +11,8 @@
 #include <numeric>
 #include <vector>
 
+#include "bake/unset_vector.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bake/stages/nearest_triangle.cpp"
 #include <hwy/foreach_target.h>
@@ -48,8 +50,8 @@ struct Eight {
 
 // Candidates of each of a cube's eight parts.
 struct Parts {
-  std::vector<std::array<double, 8>> squared;  // distances of the cube's candidates from the parts' centres
-  std::vector<std::uint32_t> numbers;          // of facets; each part has room for all of the cube's candidates
+  UnsetVector<std::array<double, 8>> squared;  // distances of the cube's candidates from the parts' centres
+  UnsetVector<std::uint32_t> numbers;          // of facets; each part has room for all of the cube's candidates
   std::array<std::size_t, 8> count{};
 
   explicit Parts(std::size_t most) : squared(most), numbers(8 * most) {}
@@ -192,12 +194,11 @@ HWY_EXPORT(offer_to_points);
 // more than twice that.
 constexpr double kSliver = 1e-4;
 
-Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points, double band) {
+void set_facet(const Surface& surface, std::size_t t, const PointLattice& points, double band, Facet& facet) {
   const Vector& a = surface.corner(t, 0);
   const Vector& b = surface.corner(t, 1);
   const Vector& c = surface.corner(t, 2);
   const auto plain = [](const Vector& v) { return Vector3{v.x(), v.y(), v.z()}; };
-  Facet facet{};
   for (int k = 0; k < 3; ++k) facet.corner[k] = plain(surface.corner(t, k) - points.first);
   const Vector edge[3] = {b - a, c - b, a - c};
   double longest = 0;
@@ -222,7 +223,6 @@ Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points
   facet.sliver = !(edge[0].cross(edge[1]).squaredNorm() > kSliver * kSliver * longest * longest);
   const double sure = band - kEquallyNear * points.step;
   facet.sure = facet.sliver || sure < 0 ? -1 : sure * sure;
-  return facet;
 }
 
 // The search in one lattice.
@@ -310,20 +310,19 @@ void Search::offer(std::span<const std::uint32_t> facets, const std::array<int, 
 
 void offer_triangles(const Surface& surface, std::span<const std::uint32_t> triangles, const PointLattice& points,
                      double band, NearestTriangles& nearest) {
-  std::vector<detail::Facet> facets;
-  facets.reserve(triangles.size());
-  for (const std::uint32_t t : triangles) facets.push_back(detail::facet_of(surface, t, points, band));
+  UnsetVector<detail::Facet> facets(triangles.size());
+  for (std::size_t n = 0; n < triangles.size(); ++n) detail::set_facet(surface, triangles[n], points, band, facets[n]);
   detail::Search(facets, points, band, nearest).offer_all();
 }
 
 void offer_triangles(const Surface& surface, std::span<const std::uint32_t> triangles, std::span<const PlaceBits> bits,
                      const PointLattice& points, double band, NearestToSamples& nearest) {
   using namespace detail;
-  std::vector<Facet> facets;
+  UnsetVector<Facet> facets;
   std::vector<PlaceBits> places;
   for (std::size_t n = 0; n < triangles.size(); ++n) {
     if (bits[n] == PlaceBits{}) continue;
-    facets.push_back(facet_of(surface, triangles[n], points, band));
+    set_facet(surface, triangles[n], points, band, facets.emplace_back());
     places.push_back(bits[n]);
   }
   std::vector<std::uint32_t> chosen;

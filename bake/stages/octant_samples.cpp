@@ -208,20 +208,33 @@ void OctantSamples::add_shifts() {
   }
 }
 
-double OctantSamples::shift_of_two(int x, int y, int z) const {
-  const int place[3] = {x, y, z};
-  float sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int line = line_of(axis, x, y, z);
-    const auto value = [&](int step) { return lines_.value[axis][kHalo + place[axis] + step][line]; };
-    float error[2] = {(value(0) + value(-2)) / 2 - value(-1), (value(0) + value(2)) / 2 - value(1)};
-    for (float& e : error) {
-      if (std::isnan(e)) e = 0;
-    }
-    sum += both_ways(error[0], error[1]);
-  }
+std::array<float, 125> OctantSamples::shifts_of_two() const {
   constexpr float kShare = 0.425F;
-  return -kShare * sum;
+  constexpr int kPlane = kSide * kSide;
+  constexpr int kPlaces = (kSide + 1) / 2;
+  float along[3][kPlaces][kPlane];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int place = 0; place < kPlaces; ++place) {
+      const auto* const here = lines_.value[axis] + kHalo + 2 * place;
+      for (int line = 0; line < kPlane; ++line) {
+        const float before = (here[0][line] + here[-2][line]) / 2 - here[-1][line];
+        const float after = (here[0][line] + here[2][line]) / 2 - here[1][line];
+        along[axis][place][line] = both_ways(std::isnan(before) ? 0.0F : before, std::isnan(after) ? 0.0F : after);
+      }
+    }
+  }
+  std::array<float, 125> shifts;
+  std::size_t n = 0;
+  for (int z = 0; z < kPlaces; ++z) {
+    for (int y = 0; y < kPlaces; ++y) {
+      for (int x = 0; x < kPlaces; ++x) {
+        const float sum = 0 + along[0][x][line_of(0, 2 * x, 2 * y, 2 * z)] +
+                          along[1][y][line_of(1, 2 * x, 2 * y, 2 * z)] + along[2][z][line_of(2, 2 * x, 2 * y, 2 * z)];
+        shifts[n++] = -kShare * sum;
+      }
+    }
+  }
+  return shifts;
 }
 
 }  // namespace vps::bake

@@ -47,7 +47,8 @@ class OctantSamples {
   /// neighbours err to one side, and the correction moves their ends to the other side by half of that. Every octant
   /// that has the sample gives the same correction.
   [[nodiscard]] double shift(std::size_t n) const { return shift_[n]; }  ///< for cells of one voxel, half of that. [vx]
-  [[nodiscard]] double shift_of_two(int x, int y, int z) const;          ///< for cells of two voxels. [vx]
+  /// For cells of two voxels, at every second sample along each axis. [vx]
+  [[nodiscard]] std::array<float, 125> shifts_of_two() const;
 
  private:
   void load_lines();

@@ -85,8 +85,7 @@ double BrickSampler::fitted(double value, double shift_vx) const {
   return shifted * value > 0 ? shifted : value;
 }
 
-FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
-  FieldBrick brick;
+void BrickSampler::load_voxels(int level, const Index& base, FieldBrick& brick) const {
   brick.level = level;
   brick.base = base;
   const int step = level > 0 ? 2 : 1;
@@ -95,15 +94,16 @@ FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
   for (int z = 0; z < kEdge; ++z) {
     for (int y = 0; y < kEdge; ++y) {
       for (int x = 0; x < kEdge; ++x, ++to) {
-        const int i[3] = {first[0] + x * step, first[1] + y * step, first[2] + z * step};
-        const std::size_t n = OctantSamples::number(i[0], i[1], i[2]);
+        const std::size_t n = OctantSamples::number(first[0] + x * step, first[1] + y * step, first[2] + z * step);
         brick.value[to] = octant_.value(n);
         brick.closest[to] = octant_.closest(n);
-        brick.fitted[to] = level > 0 ? fitted(octant_.value(n), octant_.shift_of_two(i[0], i[1], i[2])) : fitted_[n];
+        brick.fitted[to] = fitted_[n];
       }
     }
   }
-  return brick;
+  if (level == 0) return;
+  const std::array<float, FieldBrick::kSamples> shifts = octant_.shifts_of_two();
+  for (std::size_t n = 0; n < shifts.size(); ++n) brick.fitted[n] = fitted(brick.value[n], shifts[n]);
 }
 
 void BrickSampler::list_triangles() {
@@ -145,7 +145,7 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
     centres.y[octant] = static_cast<float>(low.y() + half * ((octant & 2) != 0 ? 1.5 : 0.5));
     centres.z[octant] = static_cast<float>(low.z() + half * ((octant & 4) != 0 ? 1.5 : 0.5));
   }
-  std::vector<std::array<float, 16>> distances(from.size());
+  UnsetVector<std::array<float, 16>> distances(from.size());
   triangle_distances(float_listed_, from, centres, distances);
   const float farther = tolerance_.prove ? kSheetThickness + 0.01F : 0;
   std::array<float, 8> least;
@@ -200,8 +200,8 @@ Places128 BrickSampler::float_places(const Index& base, int level) const {
   return places;
 }
 
-FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const {
-  FieldBrick brick;
+void BrickSampler::load_between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
+                                FieldBrick& brick) const {
   brick.level = parent.level - 1;
   brick.base = parent.octant_base(octant);
   const PointLattice points = lattice(brick.base, brick.level);
@@ -252,7 +252,6 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
   }
   // Not fitted: shifts would need a neighbour's samples, which are not known.
   brick.fitted = brick.value;
-  return brick;
 }
 
 bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,

@@ -31,6 +31,8 @@ struct FieldBrick {
     return sample_at(2 * (octant & 1) + n % 3, 2 * (octant >> 1 & 1) + n / 3 % 3, 2 * (octant >> 2) + n / 9);
   }
 
+  FieldBrick() {}  // NOLINT(modernize-use-equals-default): values stay unset
+
   int level = 0;
   Index base{};                                 ///< [quarters]
   std::array<double, kSamples> value;           ///< exact, or the end of the known band. [m]
@@ -86,14 +88,14 @@ class BrickSampler {
   /// Whether the first voxel of a voxel brick lies inside.
   [[nodiscard]] bool is_inside(const std::uint32_t (&at)[3]) const;
 
-  /// The coarsest brick, over the whole octant.
-  [[nodiscard]] FieldBrick over_octant() const { return at_voxels(kCoarsestLevel, octant_base_); }
-  /// A brick of the octant with samples at the centres of voxels. @param level  [Limits: value >= 0]
-  [[nodiscard]] FieldBrick at_voxels(int level, const Index& base) const;
-  /// The brick of half the size over an octant of `parent`, with samples between voxel centres.
+  /// Sets the coarsest brick, over the whole octant.
+  void load_octant(FieldBrick& brick) const { load_voxels(kCoarsestLevel, octant_base_, brick); }
+  /// Sets a brick of the octant with samples at the centres of voxels. @param level  [Limits: value >= 0]
+  void load_voxels(int level, const Index& base, FieldBrick& brick) const;
+  /// Sets the brick of half the size over an octant of `parent`, with samples between voxel centres.
   /// @param from  triangles that can be closest to its points
-  [[nodiscard]] FieldBrick between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const;
-  /// Whether the parent's interpolation is good enough at all samples of `between` that the parent does not have.
+  void load_between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from, FieldBrick& brick) const;
+  /// Whether the parent's interpolation is good enough at all samples of `load_between` that the parent does not have.
   /// Computed in float: false where rounding leaves a doubt.
   /// @param from   as above
   /// @param noted  an error within the band that is larger than this needs an exact value: false. [m]

@@ -82,7 +82,8 @@ class BlockSampler {
  private:
   std::uint32_t sample_octant(const std::uint32_t (&at)[3]) {
     if (!bricks_.load(at)) return bricks_.is_inside(at) ? kFarInside : kFarOutside;
-    FieldBrick brick = bricks_.over_octant();
+    FieldBrick brick;
+    bricks_.load_octant(brick);
     return divide(brick, {});
   }
 
@@ -213,7 +214,7 @@ class BlockSampler {
     for (int n = 0; n < 8; ++n) {
       Octant& octant = octants[static_cast<std::size_t>(n)];
       if (tolerance_.prove) octant.near = bricks_.near_octant(n);
-      octant.fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(n));
+      bricks_.load_voxels(brick.level - 1, brick.octant_base(n), octant.fine.emplace());
       octant.verdict = judge(brick, n, *octant.fine);
     }
   }
@@ -231,7 +232,7 @@ class BlockSampler {
       }
       octant.near = near_octants.in_octant(n);
       if (!suspect || will_surely_do(brick, n, octant.near.closest())) continue;
-      octant.fine = bricks_.between(brick, n, octant.near.closest());
+      bricks_.load_between(brick, n, octant.near.closest(), octant.fine.emplace());
       octant.verdict = judge(brick, n, *octant.fine);
     }
     return near_octants;
@@ -286,7 +287,7 @@ class BlockSampler {
       if (octant.fine) note_error(*octant.fine, octant.verdict.worst_at, octant.verdict.worst);
       return store(brick);
     }
-    if (!octant.fine) octant.fine = bricks_.between(brick, n, octant.near.closest());
+    if (!octant.fine) bricks_.load_between(brick, n, octant.near.closest(), octant.fine.emplace());
     return divide(*octant.fine, octant.near);
   }
 
