@@ -245,12 +245,13 @@ struct ReportOutput {
 };
 constexpr ReportOutput kJson = {".json", "{\n  \"format\": \"vpsbake report", "a report's JSON"};
 constexpr ReportOutput kCsv = {".csv", "mesh,name,series,", "a report's table"};
-constexpr ReportOutput kPage = {".html", "<!doctype html>", "a page"};
+constexpr const char* kPage = ".html";
 
 // Refuses unusable outputs. Called before the measurement, which takes minutes. @return kOk or kIo
 int check_outputs(const std::string& name) {
   if (!fs::path(name).has_filename()) return fail(kIo, name, "this is a folder; give a name with -o");
-  for (const ReportOutput& output : {kJson, kCsv, kPage}) {
+  const ReportOutput page{kPage, page_beginning(kReportPage), "a report's page"};
+  for (const ReportOutput& output : {kJson, kCsv, page}) {
     const std::string file = name + output.ending;
     if (const std::string reason = output_refusal(file, output.beginning, output.kind); !reason.empty())
       return fail(kIo, file, reason);
@@ -264,7 +265,7 @@ int write_report(const ReportArguments& arguments, const ordered_json& report) {
   const Embedded libraries[] = {kChart};
   int code = write(name + kJson.ending, to_text(report));
   if (code == kOk) code = write(name + kCsv.ending, rows_to_csv(report));
-  if (code == kOk) code = write(name + kPage.ending, make_page(kReportPage.text(), libraries, report));
+  if (code == kOk) code = write(name + kPage, make_page(kReportPage.text(), libraries, report));
   return code;
 }
 
@@ -328,7 +329,7 @@ int run_report(const ReportArguments& arguments) {
   }
   tell_load(report);
   const int code = write_report(arguments, report);
-  if (code == kOk && arguments.open) open_page(arguments.output + kPage.ending);
+  if (code == kOk && arguments.open) open_page(arguments.output + kPage);
   return code;
 }
 

@@ -81,14 +81,15 @@ void list_cases(const StressArguments& arguments) {
 
 struct StressOutput {
   fs::path file;
-  const char* beginning;  // of files of its kind
+  std::string_view beginning;  // of files of its kind
   const char* kind;
 };
 
 std::vector<StressOutput> outputs(const StressArguments& arguments) {
   std::vector<StressOutput> files;
   if (!arguments.output.empty()) {
-    files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
+    files = {{arguments.output + ".html", page_beginning(kStressPage), "a page of stress"},
+             {arguments.output + ".json", "{\n  \"machine\": {", "JSON of stress"}};
   }
   if (!arguments.junit.empty()) files.push_back({arguments.junit, kJUnitBeginning, "a JUnit report"});
   return files;

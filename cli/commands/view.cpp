@@ -27,8 +27,6 @@ struct ViewArguments {
   bool open = false;                 ///< in a browser
 };
 
-constexpr std::string_view kPageBeginning = "<!doctype html>";
-
 // Why the mesh cannot be the asset's; empty when their bounds agree to two voxels.
 std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
   std::array<double, 3> low = mesh.vertices.at(0), high = low;
@@ -63,7 +61,7 @@ int view_asset(const ViewArguments& arguments) {
       arguments.mesh.output.empty() ? beside(arguments.asset, ".html") : std::filesystem::path(arguments.mesh.output);
   Asset asset;
   if (const int code = open_asset(arguments.asset, asset); code != kOk) return code;
-  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+  if (const std::string reason = output_refusal(output, page_beginning(kViewPage), "a page of view"); !reason.empty())
     return fail(kIo, output.string(), reason);
   ImportedMesh mesh;
   if (!arguments.mesh.mesh.empty()) {
@@ -87,7 +85,8 @@ int view_motions(const ViewArguments& arguments) {
     if (code != kOk) return code;
   }
   // After the motions: where their folder is missing, so is the page's.
-  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+  if (const std::string reason = output_refusal(output, page_beginning(kMotionPage), "a page of view --motion");
+      !reason.empty())
     return fail(kIo, output.string(), reason);
   return write_page(arguments, output, make_view_page(kMotionPage, data));
 }

@@ -46,4 +46,8 @@ std::string make_view_page(const Embedded& page, const nlohmann::ordered_json& d
   return make_page(styled, libraries, data);
 }
 
+std::string_view page_beginning(const Embedded& page) {
+  return page.text().substr(0, page.text().find("</title>"));
+}
+
 }  // namespace vps::cli

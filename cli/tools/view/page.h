@@ -22,4 +22,8 @@ namespace vps::cli {
 /// `<!-- style -->`.
 [[nodiscard]] std::string make_view_page(const Embedded& page, const nlohmann::ordered_json& data);
 
+/// The first bytes of a template's pages, to the end of its title: no other template begins with them. So a page does
+/// not replace one of another command, though their default names may be the same, such as gear.html.
+[[nodiscard]] std::string_view page_beginning(const Embedded& page);
+
 }  // namespace vps::cli

@@ -362,6 +362,8 @@ TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
     expect_refusal(folder, "report " + ball + " -o mine", 2, "mine." + ending + ": the file exists and is not");
     std::filesystem::remove(folder / ("mine." + ending));
   }
+  write_file(folder / "mine.html", "<!doctype html>\n<title>not a report</title>");
+  expect_refusal(folder, "report " + ball + " -o mine", 2, "mine.html: the file exists and is not a report's page");
   expect_refusal(folder, "report " + ball + " --cache junk.obj/cache", 2, "choose another folder for --cache");
   expect_refusal(folder, "report " + ball + " --voxel 10m", 3, "is larger than the mesh");
   expect_refusal(folder, "report", 1, "MESH... is required");

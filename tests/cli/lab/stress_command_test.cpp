@@ -172,6 +172,20 @@ TEST(StressCommand, ListNamesEveryCaseAndItsLimit) {
   EXPECT_EQ(run.out.find("rest_depth"), std::string::npos);
 }
 
+TEST(StressCommand, PagesOfOtherCommandsAreNotReplacedNorReplaceIt) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  const std::string stress = "stress gear.vps.hdf --quick --cases tip -o ";
+  ASSERT_EQ(vpsbake(folder, "view gear.vps.hdf").code, 0);
+  expect_refusal(folder, stress + "gear", 2, "gear.html: the file exists and is not a page of stress");
+  EXPECT_EQ(vpsbake(folder, "view gear.vps.hdf").code, 0) << "its own page is replaced";
+  std::filesystem::remove(folder / "gear.html");
+  ASSERT_EQ(vpsbake(folder, "export gear.vps.hdf --to json").code, 0);
+  expect_refusal(folder, stress + "gear", 2, "gear.json: the file exists and is not JSON of stress");
+  for (int again = 0; again < 2; ++again) EXPECT_EQ(vpsbake(folder, stress + "s").code, 0);
+  expect_refusal(folder, "view gear.vps.hdf -o s.html", 2, "s.html: the file exists and is not a page of view");
+}
+
 TEST(StressCommand, BadInputIsOneLine) {
   const TemporaryFolder folder;
   bake_gear(folder);

@@ -307,6 +307,7 @@ TEST(View, WhatCannotBeShownIsRefusedInOneLine) {
   bake_sample(folder, "cube", "--voxel 2mm");
   write_file(folder / "junk.vps.hdf", "no asset");
   write_file(folder / "notes.html", "mine");
+  write_file(folder / "home.html", "<!doctype html>\n<title>mine</title>");
   expect_refusal(folder, "view absent.vps.hdf", 2, "absent.vps.hdf");
   expect_refusal(folder, "view junk.vps.hdf", 3, "junk.vps.hdf");
   expect_refusal(folder, "view .", 2, "folder");
@@ -314,6 +315,7 @@ TEST(View, WhatCannotBeShownIsRefusedInOneLine) {
   expect_refusal(folder, "view a.vps.hdf -o .", 2, "folder");
   expect_refusal(folder, "view a.vps.hdf -o absent/a.html", 2, "does not exist");
   expect_refusal(folder, "view a.vps.hdf -o notes.html", 2, "not a page");
+  expect_refusal(folder, "view a.vps.hdf -o home.html", 2, "not a page of view");
   expect_refusal(folder, "view a.vps.hdf -o a.vps.hdf", 2, "not a page");
   expect_refusal(folder, "view a.vps.hdf --mesh absent.obj", 2, "absent.obj");
   expect_refusal(folder, "view a.vps.hdf --mesh junk.vps.hdf", 3, "junk.vps.hdf");
