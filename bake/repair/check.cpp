@@ -33,6 +33,8 @@ constexpr double kLargeFilling = 0.1;
 // Doubts up to which a filled mesh is the one sensible solid. Of the volume, scans, a teapot and robot links leave up
 // to 0.045 in doubt, a box without a lid 0.11, a bearing without its bottom 0.48 (docs/internals/decisions.md).
 constexpr FillingDoubts kAccepted = {0.07, 0.002};
+// Where sheets have more of the area, thickening is advised first.
+constexpr double kMostlySheets = 0.25;
 
 [[noreturn]] void refuse(const std::string& message) {
   throw BakeError("check", message);
@@ -389,11 +391,12 @@ std::optional<Filled> fill_all(const TriangleMesh& input, RepairSettings setting
 
 // The options that close a mesh after all. `fill` and less are tried, as they fail where the shells that they close
 // cannot be united. Wraps and thickened sheets are closed by construction.
-// @param fills  whether `fill` closes the mesh, where `automatic` tried it
-std::string advise_options(const TriangleMesh& input, const RepairSettings& settings, bool fills) {
+// @param filled  what `fill` makes of the mesh, where `automatic` tried it
+std::string advise_options(const TriangleMesh& input, const RepairSettings& settings,
+                           const std::optional<Filled>& filled) {
   std::vector<std::string> options;
   const auto closes = [&](Repair repair) {
-    if (settings.repair == Repair::automatic) return fills && repair == Repair::fill;
+    if (settings.repair == Repair::automatic) return filled && repair == Repair::fill;
     RepairSettings more = settings;
     more.repair = repair;
     more.progress = nullptr;
@@ -411,7 +414,11 @@ std::string advise_options(const TriangleMesh& input, const RepairSettings& sett
     options.push_back(fmt::format("--repair {}", describe(repair)));
   }
   if (settings.repair != Repair::wrap) options.emplace_back("--repair wrap");
-  if (settings.sheet_thickness == 0) options.push_back(thickened(settings.voxel_size) + " for a sheet");
+  // The best comes first: filling drops sheets.
+  const bool mostly_sheets = filled && filled->doubts.sheets > kMostlySheets;
+  if (settings.sheet_thickness == 0) {
+    options.insert(mostly_sheets ? options.begin() : options.end(), thickened(settings.voxel_size) + " for a sheet");
+  }
   if (options.size() > 1) options.back() = "or " + options.back();
   return fmt::format("{}", fmt::join(options, options.size() > 2 ? ", " : " "));
 }
@@ -450,7 +457,7 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
       return std::move(filled->surface);
     }
     if (filled) reason += describe_doubts(*filled);
-    const std::string options = advise_options(input, settings, filled.has_value());
+    const std::string options = advise_options(input, settings, filled);
     refuse(fmt::format("{}; {}{}{}", reason, open.remedy, options.empty() ? "" : ", or use ", options));
   }
 }

@@ -128,6 +128,17 @@ TEST(Repair, OnlyTinySheetsAreDroppedUnasked) {
       << said;
 }
 
+TEST(Repair, WhatKeepsMoreIsAdvisedFirst) {
+  const TriangleMesh open = without(make_sphere(1, 3), 100, 40);
+  const auto thickening_is_first = [&](double half) {
+    const std::string said = repair_refusal(joined(open, make_sheet(half, half, {3, 0, 0})), with(Repair::automatic));
+    EXPECT_NE(said.find("--repair fill"), std::string::npos) << said;
+    return said.find("--open-surface") < said.find("--repair fill");
+  };
+  EXPECT_TRUE(thickening_is_first(2));
+  EXPECT_FALSE(thickening_is_first(0.2));
+}
+
 TEST(Repair, FillingClosesASolidBesideTrianglesThatBoundNothing) {
   // Each lone triangle is filled by its own back.
   TriangleMesh mesh = joined(without(make_box({1, 1, 1}), 0, 1), make_sheet(3, 3, {0.1, 0, 0.2}));
