@@ -30,11 +30,12 @@ std::string size_text(std::size_t bytes) {
 
 // Errors were printed when they occurred.
 bool has_row(const JobResult& result, TableRows rows) {
-  return (rows == TableRows::all || result.state != State::unchanged) && result.state != State::failed;
+  const bool is_made = result.state != State::unchanged && result.state != State::not_started;
+  return (rows == TableRows::all || is_made) && result.state != State::failed;
 }
 
 std::string row(const Job& job, const JobResult& result, int width) {
-  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", describe(result.state), one_line(job.output), width,
+  std::string line = fmt::format("  {:<11}  {:<{}}  {:>8}", describe(result.state), one_line(job.output), width,
                                  size_text(result.bytes));
   if (result.state == State::baked)
     line += fmt::format("  {:>7.2f} s  {:>8} of memory", result.seconds, size_text(result.memory_bytes));
@@ -107,7 +108,7 @@ std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>&
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (!has_row(results[i], rows)) continue;
     out += row(jobs[i], results[i], static_cast<int>(std::min<std::size_t>(width, 48)));
-    for (const std::string& note : results[i].notes) out += fmt::format("              note: {}\n", note);
+    for (const std::string& note : results[i].notes) out += fmt::format("               note: {}\n", note);
   }
   std::string total;
   const auto known = std::count_if(results.begin(), results.end(), [](const JobResult& one) { return one.known; });
@@ -129,7 +130,7 @@ ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>&
                          {"reasons", result.reasons},     {"key", result.key},
                          {"bytes", result.bytes},         {"memory_bytes", result.memory_bytes},
                          {"seconds", result.seconds},     {"notes", result.notes}};
-    if (result.state == State::failed) {
+    if (result.state == State::failed || result.state == State::not_started) {
       item["error"] = result.error;
       item["exit_code"] = result.code;
     }
@@ -155,6 +156,7 @@ std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>&
       const std::string message = fmt::format("{}: {}", jobs[i].mesh.string(), result.error);
       one.failure = {message, message};
     }
+    if (result.state == State::not_started) one.skipped = result.error;
     one.output =
         fmt::format("{}: {}\n{}", describe(result.state), joined(result.reasons, "; "), joined(result.notes, "\n"));
     suite.cases.push_back(std::move(one));
@@ -163,8 +165,9 @@ std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>&
 }
 
 bool any_failed(const std::vector<JobResult>& results) {
-  return std::any_of(results.begin(), results.end(),
-                     [](const JobResult& result) { return result.state == State::failed; });
+  return std::any_of(results.begin(), results.end(), [](const JobResult& result) {
+    return result.state == State::failed || result.state == State::not_started;
+  });
 }
 
 }  // namespace vps::cli::batch

@@ -37,6 +37,7 @@ inline constexpr const char* kLog = ".vpsbake-run.json";
 /// memory or time may avoid. Empty when there is no log.
 [[nodiscard]] std::map<std::string, std::string> known_failures(const std::filesystem::path& log);
 
+/// Whether some failed or were not started.
 [[nodiscard]] bool any_failed(const std::vector<JobResult>& results);
 
 }  // namespace vps::cli::batch

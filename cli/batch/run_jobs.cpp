@@ -35,6 +35,14 @@ JobResult failure(int code, std::string error) {
   return result;
 }
 
+// @param result  what is known of the job
+JobResult not_started(JobResult result) {
+  result.state = State::not_started;
+  result.code = kIo;
+  result.error = "the batch was stopped before; run it again";
+  return result;
+}
+
 // The first error, warning or note of a child, without the names of the program and of the file.
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
@@ -141,7 +149,7 @@ class Runner {
   // Nothing when another worker bakes the same asset: it completes this job, too.
   std::optional<JobResult> run_job(std::size_t i, std::string& key) {
     const Job& job = jobs_[i];
-    if (stop_) return failure(kIo, "stopped before it was baked; run the batch again");
+    if (stop_) return not_started({});
     if (!job.refusal.empty()) return failure(kBadInput, job.refusal);
     const Standing standing = compare_with_asset(job);
     JobResult result;
@@ -303,6 +311,7 @@ class Runner {
   }
 
   JobResult bake(const Job& job, JobResult result) {
+    if (stop_) return not_started(std::move(result));
     if (!options_.dry_run) {
       if (const std::string refusal = prepare(job.asset()); !refusal.empty()) return unwritable(job, refusal);
     }
@@ -375,6 +384,8 @@ const char* describe(State state) {
       return "copied";
     case State::failed:
       return "FAILED";
+    case State::not_started:
+      return "not started";
     case State::would_bake:
       return "to bake";
   }

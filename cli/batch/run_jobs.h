@@ -25,12 +25,12 @@ struct RunOptions {
 };
 
 struct JobResult {
-  enum class State { unchanged, baked, cached, copied, failed, would_bake };
+  enum class State { unchanged, baked, cached, copied, failed, not_started, would_bake };
   State state = State::failed;
   std::vector<std::string> reasons;  ///< to bake it
   std::string key;                   ///< of the cache; empty when the mesh cannot be read or understood
-  std::string error;                 ///< with failed: "reason; what to do"
-  int code = 0;                      ///< with failed: the exit code of a single bake
+  std::string error;                 ///< with failed and not_started: "reason; what to do"
+  int code = 0;                      ///< with these two: the exit code of a single bake
   bool known = false;                ///< with failed: it is one of the known failures, and was not tried again
   std::vector<std::string> notes;    ///< of the bake
   std::size_t bytes = 0;             ///< of the asset; in a dry run an upper bound

@@ -49,9 +49,9 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
   for (const std::string& name : left_over(folder, jobs))
     if (arguments.play.verbosity != Verbosity::quiet)
       complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
-  // A failed job counts as missing, even where an older asset is left.
+  // A job that failed or was not started counts as missing, even where an older asset is left.
   for (std::size_t i = 0; i < results.size(); ++i) {
-    if (results[i].state == JobResult::State::failed) jobs[i].refusal = results[i].error;
+    if (!results[i].error.empty()) jobs[i].refusal = results[i].error;
   }
   try {
     write_manifest(folder, gather_manifest(folder, jobs));

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <thread>
 
+#include "cli/batch/report.h"
 #include "runtime/vps_runtime.h"
 #include "tests/cli/batch/batch_folder.h"
 #include "tests/cli/schema.h"
@@ -272,6 +273,29 @@ TEST(BatchParts, AKilledBatchLeavesWholeAssetsAloneAndGoesOn) {
       EXPECT_EQ(bytes, whole.at(name)) << name;
     }
   }
+}
+
+TEST(BatchParts, WhatAStoppedBatchHasNotStartedDidNotFail) {
+  using namespace cli::batch;
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const Job job{folder / "meshes/cube.obj", folder / "out", "cube.vps.hdf", {{"voxel", "10mm"}}, {}, {}};
+  const std::vector<Job> jobs = {job};
+  RunOptions options;
+  options.jobs = 1;
+  const auto ignore = [](const auto&...) {};
+  const std::vector<JobResult> results = run_jobs(jobs, options, {ignore, ignore, ignore}, true);
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0].state, JobResult::State::not_started);
+  EXPECT_TRUE(any_failed(results));
+  EXPECT_EQ(to_table(jobs, results, 0), "1 mesh: 1 not started; 0.0 s\n");
+  EXPECT_NE(to_table(jobs, results, 0, TableRows::all).find("  not started  cube.vps.hdf"), std::string::npos);
+  EXPECT_NE(to_junit(jobs, results).find("<skipped message=\"the batch was stopped before; run it again\""),
+            std::string::npos);
+  write_file(folder / "run.json", to_json(jobs, results).dump());
+  EXPECT_EQ(nlohmann::json::parse(read_file(folder / "run.json"))["items"][0]["state"], "not started");
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  EXPECT_TRUE(follows_schema(folder / "run.json", "batch.schema.json"));
 }
 
 TEST(BatchParts, TwoBatchesOnOneFolderBothEndWell) {
