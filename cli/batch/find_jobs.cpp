@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <tuple>
 
@@ -24,6 +25,7 @@ constexpr const char* kAsset = ".vps.hdf";
 struct Layer {
   std::string folder;  // with a slash at the end; empty: the given folder itself
   FolderSettings settings;
+  std::set<std::string> idle = {};  // globs of [[files]] that have matched no mesh yet
 };
 
 bool any_matches(const std::vector<std::string>& globs, const std::string& path) {
@@ -43,7 +45,7 @@ class Finder {
  public:
   Finder(const Inputs& inputs, const OptionReader& reader) : inputs_(inputs), reader_(reader) {}
 
-  [[nodiscard]] const std::vector<fs::path>& settings() const { return settings_; }
+  [[nodiscard]] const SettingsRead& settings() const { return settings_; }
 
   std::vector<Job> find() {
     for (const std::string& path : inputs_.paths) {
@@ -93,6 +95,10 @@ class Finder {
         add(root, below + name);
       }
     }
+    if (layers_.size() > depth && inputs_.include.empty() && inputs_.exclude.empty()) {
+      for (const std::string& glob : layers_.back().idle)
+        settings_.idle.push_back({(folder / kSettings).lexically_normal(), glob});
+    }
     layers_.resize(depth);
   }
 
@@ -102,8 +108,10 @@ class Finder {
     if (type == fs::file_type::not_found || type == fs::file_type::none) return;
     if (!fs::is_regular_file(folder / kSettings, ignored))
       throw BatchError((folder / kSettings).string(), "it is no regular file; remove it or correct the link");
-    settings_.push_back((folder / kSettings).lexically_normal());
-    layers_.push_back({below, read_folder_settings(settings_.back(), SettingsKind::beside_meshes, reader_)});
+    settings_.files.push_back((folder / kSettings).lexically_normal());
+    Layer layer{below, read_folder_settings(settings_.files.back(), SettingsKind::beside_meshes, reader_)};
+    for (const FileSettings& entry : layer.settings.files) layer.idle.insert(entry.match.begin(), entry.match.end());
+    layers_.push_back(std::move(layer));
   }
 
   void add_file(const fs::path& file) {
@@ -114,7 +122,7 @@ class Finder {
   }
 
   void read_list(const fs::path& file) {
-    settings_.push_back(file);
+    settings_.files.push_back(file);
     const FolderSettings list = read_folder_settings(file, SettingsKind::list, reader_);
     OptionTexts common = inputs_.options;
     overlay(list.options, common);
@@ -140,6 +148,11 @@ class Finder {
 
   // @param path  relative to `root`
   void add(const fs::path& root, const std::string& path) {
+    for (Layer& layer : layers_) {
+      std::erase_if(layer.idle, [&, rest = path.substr(layer.folder.size())](const std::string& glob) {
+        return glob_matches(glob, rest);
+      });
+    }
     if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
     Job job{root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {},
@@ -198,15 +211,15 @@ class Finder {
   const OptionReader& reader_;
   std::vector<Layer> layers_;  // of the folders from the given one to the present one
   std::vector<Job> jobs_;
-  std::vector<fs::path> settings_;
+  SettingsRead settings_;
 };
 
 }  // namespace
 
-std::vector<Job> find_jobs(const Inputs& inputs, const OptionReader& reader, std::vector<fs::path>* settings) {
+std::vector<Job> find_jobs(const Inputs& inputs, const OptionReader& reader, SettingsRead* read) {
   Finder finder(inputs, reader);
   std::vector<Job> jobs = finder.find();
-  if (settings != nullptr) *settings = finder.settings();
+  if (read != nullptr) *read = finder.settings();
   return jobs;
 }
 

@@ -23,12 +23,23 @@ struct Inputs {
 [[nodiscard]] nlohmann::ordered_json to_json(const Inputs& inputs);
 [[nodiscard]] Inputs inputs_from(const nlohmann::ordered_json& json);
 
+/// What was read for the settings.
+struct SettingsRead {
+  struct IdleGlob {
+    std::filesystem::path file;
+    std::string glob;
+  };
+  std::vector<std::filesystem::path> files;  ///< vpsbake.toml and lists
+  /// Globs of [[files]] that match no mesh of their folder. Empty where the inputs choose some of the meshes.
+  std::vector<IdleGlob> idle;
+};
+
 /// Finds every mesh of the inputs, ordered by their assets' names. Folders are searched recursively, each with its
 /// vpsbake.toml. Hidden files and folders, links to folders and `folder` are left out. A problem of one mesh, such as
 /// an asset's name that another mesh has too, becomes its job's refusal.
-/// @param settings  takes the vpsbake.toml files and lists that were read; may be null
+/// @param read  takes what was read for the settings; may be null
 /// @throw BatchError when an input does not exist, a vpsbake.toml cannot be used, or there is no mesh at all
 [[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs, const OptionReader& reader,
-                                         std::vector<std::filesystem::path>* settings = nullptr);
+                                         SettingsRead* read = nullptr);
 
 }  // namespace vps::cli::batch

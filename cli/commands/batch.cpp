@@ -65,8 +65,9 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
 int run_batch(BatchArguments& arguments) {
   const fs::path folder = arguments.folder;
   arguments.inputs.folder = folder;
-  std::vector<fs::path> settings;
+  SettingsRead settings;
   const std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader(), &settings);
+  if (arguments.play.verbosity != Verbosity::quiet) note_idle(settings);
   arguments.play.run.known_failures = known_failures(folder / kLog);
   if (arguments.play.run.dry_run) return play_and_print(jobs, arguments.play);
   if (const std::string reason = manifest_refusal(folder); !reason.empty())
@@ -78,7 +79,7 @@ int run_batch(BatchArguments& arguments) {
   arguments.play.log = (folder / kLog).string();
   std::vector<fs::path> files;
   if (!arguments.depfile.empty()) {
-    files = dependencies(jobs, settings);
+    files = dependencies(jobs, settings.files);
     std::vector<fs::path> written = {manifest_file(arguments), arguments.play.log, arguments.play.junit};
     for (const Job& job : jobs) written.push_back(job.asset());
     const std::string reason = depfile_refusal(arguments.depfile, written, files);

@@ -20,6 +20,9 @@ void add_input_options(CLI::App& app, batch::Inputs& inputs, BakeArguments& scra
 /// Reads the options of a batch as those of `vpsbake MESH`.
 [[nodiscard]] const batch::OptionReader& option_reader();
 
+/// Prints a note for each glob of a vpsbake.toml that matches no mesh.
+void note_idle(const batch::SettingsRead& read);
+
 /// Runs `work`, and turns an error in the inputs or options into one line on stderr and an exit code.
 [[nodiscard]] int guarded_batch(const std::function<int()>& work);
 

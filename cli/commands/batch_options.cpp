@@ -61,6 +61,11 @@ batch::OptionTexts given_options(const CLI::App& app) {
   return given;
 }
 
+void note_idle(const batch::SettingsRead& read) {
+  for (const auto& [file, glob] : read.idle)
+    complain("note", file.string(), "no mesh matches '" + glob + "'; check the glob");
+}
+
 int guarded_batch(const std::function<int()>& work) {
   try {
     return work();

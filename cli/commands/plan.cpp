@@ -51,7 +51,9 @@ int run_plan(PlanArguments& arguments) {
     if (std::filesystem::absolute(place).string().find_first_of("{}\n") != std::string::npos)
       return fail(kCommandLine, "command line", "names with braces or line breaks do not go into scripts; use others");
   }
-  std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader());
+  SettingsRead settings;
+  std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader(), &settings);
+  note_idle(settings);
   refuse_unwritable(jobs);
   for (const Job& job : jobs) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);

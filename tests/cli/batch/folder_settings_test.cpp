@@ -31,6 +31,20 @@ TEST(FolderSettings, TheNearestSettingsWin) {
                          {"out/fine/deeper/named.vps.hdf", R"({"fields":"scaled,layers","voxel":"4mm"})"}}));
 }
 
+TEST(FolderSettings, AGlobThatMatchesNoMeshIsNoted) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  folder.add("parts/cube.obj");
+  folder.add_text("vpsbake.toml", "[[files]]\nmatch = [\"gear*.obj\", \"parts/cube.obj\"]\nskip = true\n");
+  folder.add_text("parts/vpsbake.toml", "[[files]]\nmatch = \"cube.obj\"\nvoxel = \"20mm\"\n");
+  const std::string note = "vpsbake: note: meshes/vpsbake.toml: no mesh matches 'gear*.obj'; check the glob\n";
+  EXPECT_EQ(vpsbake(folder, kBakeAll).err, note);
+  EXPECT_EQ(vpsbake(folder, "plan meshes -o jobs.jsonl --into out --voxel 10mm").err, note);
+  EXPECT_EQ(vpsbake(folder, std::string(kBakeAll) + " -q").err, "");
+  EXPECT_EQ(vpsbake(folder, std::string(kBakeAll) + " --include '*.obj'").err, "") << "others may match it";
+  EXPECT_EQ(vpsbake(folder, "batch meshes/cube.obj -o out --voxel 10mm").err, "") << "others may match it";
+}
+
 TEST(FolderSettings, WrongSettingsNameTheirLine) {
   const BatchFolder folder;
   folder.add("cube.obj");
