@@ -10,6 +10,7 @@
 
 #include "runtime/vps_runtime.h"
 #include "tests/cli/program.h"
+#include "tests/cli/schema.h"
 #include "tests/support/shared.h"
 #include "version.h"
 
@@ -64,6 +65,18 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
     EXPECT_LE(read["jumps"][field]["largest"], 2 * read["certificate"][field]["bound"].get<double>()) << field;
   }
   EXPECT_EQ(read["sections"].size(), 22U) << "the record is one, the hulls of flat nodes are two";
+}
+
+TEST(Cli, TheJsonOfABakeFollowsItsSchema) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  const TemporaryFolder folder;
+  for (const char* const options : {"", " --dry-run", " --parts pointshell", " --cache cache", " --cache cache"}) {
+    write_file(folder / "bake.json",
+               vpsbake(folder, sample("gear") + " --voxel 1mm -o a.vps.hdf --json" + options).out);
+    EXPECT_TRUE(follows_schema(folder / "bake.json", "bake.schema.json")) << read_file(folder / "bake.json");
+  }
+  write_file(folder / "bake.json", R"({"output": "a.vps.hdf", "bytes": 1, "plan": {}, "voxel_size": 1})");
+  EXPECT_FALSE(follows_schema(folder / "bake.json", "bake.schema.json"));
 }
 
 TEST(Cli, ABakeForABatchEndsWithAPlanIfItNeedsMoreMemoryThanSaid) {
