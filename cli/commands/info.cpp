@@ -64,8 +64,10 @@ Command add_info_command(CLI::App& app) {
             int code = kOk;
             for (const std::string& path : arguments->paths) {
               Asset asset;
-              if (const int one = open_asset(path, asset); one != kOk) {
+              std::string reason;
+              if (const int one = open_asset(path, asset, &reason); one != kOk) {
                 code = arguments->paths.size() > 1 ? int{kSomeFailed} : one;
+                if (arguments->paths.size() > 1) list.push_back({{"file", path}, {"error", reason}});
               } else if (arguments->json) {
                 list.push_back(asset_to_json(path, asset));
               } else {

@@ -9,18 +9,22 @@
 
 namespace vps::cli {
 
-int open_asset(const std::string& path, Asset& asset) {
+int open_asset(const std::string& path, Asset& asset, std::string* reason) {
+  const auto refuse = [&](ExitCode code, const char* why) {
+    if (reason != nullptr) *reason = why;
+    return fail(code, path, why);
+  };
   std::filesystem::path file;
   try {
     file = file_to_read(path);
     check_is_file(file, kAssetFile);
   } catch (const ImportError& error) {
-    return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, path, error.what());
+    return refuse(error.kind == ImportError::Kind::io ? kIo : kBadInput, error.what());
   }
   Status status = Asset::open(file.c_str(), asset);
-  if (status == Status::cannot_open || status == Status::cannot_map) return fail(kIo, path, describe(status));
+  if (status == Status::cannot_open || status == Status::cannot_map) return refuse(kIo, describe(status));
   if (status == Status::ok) status = asset.verify();
-  if (status != Status::ok) return fail(kBadInput, path, describe(status));
+  if (status != Status::ok) return refuse(kBadInput, describe(status));
   return kOk;
 }
 

@@ -165,6 +165,12 @@ TEST(Info, TellsWhatSeveralAssetsWereBakedFrom) {
   EXPECT_EQ(list[0]["record"]["voxel_size"], "0.005");
   EXPECT_EQ(list[1]["record"]["voxel_size"], "0.006");
   EXPECT_NE(list[0]["xxh3_64"], list[1]["xxh3_64"]);
+  const Outcome some = vpsbake(folder, "info missing.vps.hdf a.vps.hdf --json");
+  EXPECT_EQ(some.code, 5);
+  const Json both = Json::parse(some.out);
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0], Json({{"file", "missing.vps.hdf"}, {"error", "the file does not exist; check its name"}}));
+  EXPECT_EQ(both[1]["file"], "a.vps.hdf");
   const Outcome text = vpsbake(folder, "info missing.vps.hdf a.vps.hdf");
   EXPECT_EQ(text.code, 5);
   EXPECT_NE(text.out.find("baked from\n"), std::string::npos) << text.out;
