@@ -101,7 +101,6 @@ int write_format(const ExportArguments& arguments, const Asset& asset, const Vox
   if (arguments.format == "obj") return write_output(output, to_obj(map, step));
   if (arguments.format == "cdf")
     return write_output(output, to_cdf(map, {step, arguments.reach.value_or(asset.info().band_outer)}));
-  if (is_standard_stream(output)) throw ExportError("a VTKHDF file does not go to standard output; give -o FILE");
   const std::size_t bytes = write_vtkhdf_field(asset, map, step, output);
   print_lines("{}: {}\n", one_line(output.string()), bake::format_bytes(double(bytes)));
   return kOk;
@@ -131,6 +130,8 @@ int run_export(const ExportArguments& arguments) {
 }
 
 void check_options(const CLI::App& app, const ExportArguments& arguments) {
+  if (arguments.format == "vtkhdf" && is_standard_stream(arguments.output.empty() ? arguments.asset : arguments.output))
+    throw CLI::ArgumentMismatch("a VTKHDF file does not go to standard output; give -o FILE");
   if (arguments.reach && arguments.format != "cdf") throw CLI::ArgumentMismatch("--reach is for --to cdf");
   if (format_of(arguments.format).of_field) return;
   for (const char* const name : {"--field", "--step"}) {

@@ -41,7 +41,7 @@ int run_slice(const SliceArguments& arguments) {
   const double at = arguments.at.value_or(range.middle);
   if (!(at >= range.low && at <= range.high)) {
     const LengthUnit unit(std::max(std::abs(range.low), std::abs(range.high)));
-    return fail(kCommandLine, arguments.asset,
+    return fail(kBadInput, arguments.asset,
                 fmt::format("--at {0}{3} lies beyond the field; choose {4} from {1}{3} to {2}{3}", unit.number(at),
                             unit.number(range.low), unit.number(range.high), unit.name(), arguments.axis));
   }

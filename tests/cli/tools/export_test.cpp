@@ -375,6 +375,7 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedAndNothingForeignIsOverwritten) {
   expect_refusal(folder_, "export a.vps.hdf --to obj --step 1m", 3, "choose a smaller --step");
   expect_refusal(folder_, "export a.vps.hdf --to ply --step 1mm", 1, "--step is for");
   expect_refusal(folder_, "export a.vps.hdf --to stl", 1, "--to");
+  expect_refusal(folder_, "export a.vps.hdf --to vtkhdf -o -", 1, "does not go to standard output");
   write_file(folder_ / "mesh.ply", "ply\nformat ascii 1.0\n");
   expect_refusal(folder_, "export a.vps.hdf --to ply -o mesh.ply", 2, "the file exists");
   write_file(folder_ / "mesh.obj", "v 0 0 0\n");

@@ -270,8 +270,8 @@ TEST_F(Slice, WhatCannotBeDrawnIsRefusedInOneLine) {
   ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 2mm -o scaled.vps.hdf").code, 0);
   write_file(folder_ / "junk.vps.hdf", "no asset");
   write_file(folder_ / "notes.png", "mine");
-  expect_refusal(folder_, "slice a.vps.hdf --at 1m", 1, "beyond the field; choose z from -55mm to 55mm");
-  expect_refusal(folder_, "slice a.vps.hdf --at -56mm", 1, "from -55mm to 55mm");
+  expect_refusal(folder_, "slice a.vps.hdf --at 1m", 3, "beyond the field; choose z from -55mm to 55mm");
+  expect_refusal(folder_, "slice a.vps.hdf --at -56mm", 3, "from -55mm to 55mm");
   expect_refusal(folder_, "slice a.vps.hdf --at 12", 1, "--at: a length needs a unit; write 12mm or 12m");
   expect_refusal(folder_, "slice a.vps.hdf --at nanmm", 1, "is not a");
   expect_refusal(folder_, "slice a.vps.hdf --at 12furlongs", 1, "unknown unit");
