@@ -6,6 +6,7 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
@@ -56,12 +57,26 @@ std::string package_of(const fs::path& folder) {
   return end == std::string::npos ? "" : text.substr(first, end - first);
 }
 
+// The path of a file:// address, in which %20 means a space.
+std::string decoded(const std::string& address) {
+  std::string path;
+  for (std::size_t i = 0; i < address.size(); ++i) {
+    unsigned char code = 0;
+    const char* const digits = address.data() + i + 1;
+    const bool is_code = address[i] == '%' && i + 2 < address.size() &&
+                         std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2 && code != 0;
+    path += is_code ? static_cast<char>(code) : address[i];
+    if (is_code) i += 2;
+  }
+  return path;
+}
+
 // Looks for package://NAME/REST as NAME/REST in the folders above the URDF, then as REST where no package.xml has
 // another name: many packages have a meshes/base_link.stl.
 fs::path find_mesh(const fs::path& urdf, const std::string& name, std::vector<std::string>& notes) {
   constexpr const char* kFile = "file://";
   constexpr const char* kPackage = "package://";
-  if (name.starts_with(kFile)) return name.substr(std::string(kFile).size());
+  if (name.starts_with(kFile)) return decoded(name.substr(std::string(kFile).size()));
   if (!name.starts_with(kPackage)) return name.find("://") == std::string::npos ? beside(urdf, name) : fs::path(name);
   const fs::path whole = name.substr(std::string(kPackage).size());
   const fs::path package = *whole.begin();

@@ -359,6 +359,15 @@ TEST(Urdf, APackageIsNotTakenForAnotherOne) {
   expect_refusal(folder, "scene scene.toml", kMissing, "mesh 'package://hand/meshes/link.obj'");
 }
 
+TEST(Urdf, AFileAddressMayHaveItsSpacesAsCodes) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("cube"), folder / "a link%.obj");
+  write_file(folder / "r.urdf",
+             "<robot name=\"r\">" + link("l", "file://" + (folder / "a%20link%.obj").string()) + "</robot>");
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"l\"\nurdf = \"r.urdf\"\n"));
+  EXPECT_EQ(std::filesystem::path(report["assets"][0]["mesh"].get<std::string>()).filename(), "a link%.obj");
+}
+
 // Robots have links without geometry, to which the next one is joined.
 TEST(Urdf, ParentAndChildOfAJointThatHangsOnAFrameDoNotMeet) {
   const TemporaryFolder folder;
