@@ -17,6 +17,13 @@ double largest_error(const AssetInfo& info) {
   return std::max({info.layers_error.bound, info.scaled_error.bound, info.real_error.bound});
 }
 
+// The advice of a plan, where the error sets the voxel size.
+std::string for_errors(std::string refusal) {
+  constexpr std::string_view kVoxels = "larger voxels";
+  const std::size_t at = refusal.find(kVoxels);
+  return at == std::string::npos ? refusal : refusal.replace(at, kVoxels.size(), "a larger --max-error");
+}
+
 }  // namespace
 
 double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, double max_error) {
@@ -47,8 +54,10 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
       error = largest_error(bake(mesh, trial).info);
     } catch (const BakeError& refusal) {
       if (refusal.stage != "plan" || good > 0) throw;
-      throw BakeError("plan", fmt::format("no voxel size reaches an error of {} (the best tried has {}): {}",
-                                          format_length(max_error), format_length(least_seen), refusal.what()));
+      const std::string best =
+          std::isfinite(least_seen) ? fmt::format(" (the best tried has {})", format_length(least_seen)) : "";
+      throw BakeError("plan", fmt::format("no voxel size reaches an error of {}{}: {}", format_length(max_error), best,
+                                          for_errors(refusal.what())));
     }
     least_seen = std::min(least_seen, error);
     if (error <= max_error) {

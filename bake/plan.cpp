@@ -211,7 +211,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
     if (bricks > kLimit) {
       refuse_plan(
           fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
-                      "right? (--unit)",
+                      "right (--unit)? Otherwise choose larger voxels",
                       format_length(s), size_of(mesh)));
     }
     grid.brick_dims[axis] = static_cast<std::uint32_t>(bricks);

@@ -119,7 +119,7 @@ class Search {
       }
     }
     if (good > 0) return good;
-    if (!std::isfinite(least_seen) && !refusal_.empty()) throw bake::BakeError("plan", refusal_);
+    if (!std::isfinite(least_seen) && !refusal_.empty() && !refused_by_plan_) throw bake::BakeError("plan", refusal_);
     const std::string best = std::isfinite(least_seen) ? "; the best has " + bake::format_length(least_seen) : "";
     throw bake::BakeError(
         "plan", fmt::format("no voxel size tried reaches an error of {}{}{}", bake::format_length(limit), best,

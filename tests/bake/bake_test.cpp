@@ -122,8 +122,9 @@ TEST(Bake, TheCoarsestVoxelThatMeetsAnErrorIsFound) {
     (void)find_voxel_size(mesh, options, 1e-6);
     FAIL() << "no voxel within the limit can be that exact";
   } catch (const BakeError& error) {
-    EXPECT_NE(std::string(error.what()).find("no voxel size reaches an error of 1 um"), std::string::npos)
-        << error.what();
+    const std::string said = error.what();
+    EXPECT_TRUE(said.starts_with("no voxel size reaches an error of 1 um: a grid of ")) << said;
+    EXPECT_TRUE(said.ends_with("Otherwise choose a larger --max-error or a higher --memory")) << said;
   }
 }
 

@@ -125,6 +125,8 @@ TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
   EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1);
   std::ofstream(folder.path() / "sheet.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   expect_refusal(folder, "recommend sheet.obj --max-error 1mm", 3, "sheet.obj: the mesh is open");
+  expect_refusal(folder, "recommend " + sample("cube") + " --max-error 1um", 3,
+                 "no voxel size tried reaches an error of 1 um: voxels of 4.34 um make a grid of more than 16384");
   expect_refusal(folder, "recommend " + sample("icosphere"), 1, "--max-error, --max-time or --max-bytes is required");
   expect_refusal(folder, "recommend " + sample("icosphere") + " --max-time 20", 1, "needs a unit");
 }
