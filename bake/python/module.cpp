@@ -105,9 +105,14 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
 std::string with_python_names(std::string message) {
   constexpr std::pair<std::string_view, std::string_view> kNames[] = {
       {"--open-surface thicken=", "sheet_thickness="},
+      {"--field-error", "field_error"},
+      {"--import-memory", "--import-memory of vpsbake"},  // vps.bake has none
+      {"--import-timeout", "--import-timeout of vpsbake"},
+      {"--max-error", "max_error"},
       {"--memory", "memory"},
       {"--repair ", "repair="},
       {"--resolution", "resolution"},
+      {"--step", "step"},
       {"--unit", "unit"},
       {"--voxel", "voxel"},
       {"thin-faces", "thin_faces"},
@@ -221,7 +226,7 @@ PYBIND11_MODULE(_bake, m) {
       raised.attr("stage") = error.stage;
       PyErr_SetObject(type.ptr(), raised.ptr());
     } catch (const vps::cli::FieldSurfaceError& error) {
-      PyErr_SetString(PyExc_ValueError, error.what());
+      PyErr_SetString(PyExc_ValueError, with_python_names(error.what()).c_str());
     }
   });
   m.def("bake", &bake<std::string>, "file"_a, "settings"_a, "cache"_a);

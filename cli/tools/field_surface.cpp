@@ -315,7 +315,8 @@ class DualSurface {
 }  // namespace
 
 FieldSurface make_field_surface(const VoxelmapView& map, double step) {
-  if (!(step >= 0.25 * double(map.voxel_size))) throw std::invalid_argument("a step finer than the field's samples");
+  if (!(step >= 0.25 * double(map.voxel_size)))
+    throw std::invalid_argument("the field has no samples so fine; choose a step of a quarter of a voxel or more");
   return DualSurface(map, step).run();
 }
 

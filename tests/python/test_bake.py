@@ -139,6 +139,8 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     assert same(vps.bake(vertices, faces, voxel=0.01), vps.bake(vertices, faces, voxel=0.01, memory=1e30))
     with pytest.raises(vps.BakeError, match="a higher memory$"):
         vps.bake(vertices, faces, voxel=1e-3, memory=1e6)
+    with pytest.raises(vps.BakeError, match="choose a larger max_error or a higher memory$"):
+        vps.bake(vertices, faces, max_error=1e-6, memory=2e7)
     with pytest.raises(vps.BakeError, match="no_such.obj") as raised:
         vps.bake(tmp_path / "no_such.obj", voxel=0.01)
     assert raised.value.stage == "import"

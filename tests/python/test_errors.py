@@ -164,6 +164,8 @@ def test_bad_densities_and_steps(cube):
     for step in (0.0, -1.0, np.nan, 1e-9, 1e30):
         with pytest.raises(ValueError):
             cube.surface(step)
+    with pytest.raises(ValueError, match="choose a step of a quarter of a voxel or more"):
+        cube.surface(1e-9)
 
 
 def test_everything_public_has_a_docstring():
