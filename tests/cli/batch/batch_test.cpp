@@ -318,7 +318,7 @@ TEST(Batch, TheTableSaysOnlyWhatMatters) {
   folder.add("hole.obj", "hole");
   const Outcome first = vpsbake(folder, kBake);
   EXPECT_EQ(first.code, 0);
-  EXPECT_NE(first.out.find("baked       cube.vps.hdf"), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("baked        cube.vps.hdf"), std::string::npos) << first.out;
   EXPECT_NE(first.out.find("2 meshes: 2 baked; "), std::string::npos) << first.out;
   EXPECT_EQ(first.err, "") << "no progress where nobody looks";
   const Outcome second = vpsbake(folder, kBake);

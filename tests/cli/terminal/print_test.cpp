@@ -89,8 +89,8 @@ TEST(Print, QuietAndVerboseBatches) {
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(run.out + run.err, "");
   EXPECT_EQ(on_terminal(folder, "TERM=xterm", batch + " -q"), "");
-  EXPECT_EQ(vpsbake(folder, batch).out.find("unchanged   cube"), std::string::npos);
-  EXPECT_NE(vpsbake(folder, batch + " -v").out.find("unchanged   cube.vps.hdf"), std::string::npos);
+  EXPECT_EQ(vpsbake(folder, batch).out.find("unchanged    cube"), std::string::npos);
+  EXPECT_NE(vpsbake(folder, batch + " -v").out.find("unchanged    cube.vps.hdf"), std::string::npos);
   EXPECT_EQ(vpsbake(folder, batch + " -q -v").code, 1);
   write_file(folder / "open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n");
   run = vpsbake(folder, "batch open.obj -o open -q");
