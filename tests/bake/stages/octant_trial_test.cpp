@@ -123,15 +123,19 @@ TEST(OctantTrial, TrianglesNearAnOctantIncludeTheClosestOfEachOfItsPoints) {
     if (!sampler.load({at[0], at[1], at[2]})) continue;
     const std::span<const std::uint32_t> listed(scene.field.near_triangles.data() + scene.field.near_start[n],
                                                 scene.field.near_triangles.data() + scene.field.near_start[n + 1]);
-    const FieldBrick whole = sampler.over_octant();
+    FieldBrick whole;
+    sampler.load_octant(whole);
     for (int octant = 0; octant < 8; ++octant) {
-      const FieldBrick brick = sampler.at_voxels(0, whole.octant_base(octant));
+      FieldBrick brick;
+      sampler.load_voxels(0, whole.octant_base(octant), brick);
       const NearList from = sampler.near(brick);
       expect_closest(brick, from.closest(), listed);
       const NearTriangles near = sampler.near_octants(brick, from.all);
       for (int part = 0; part < 8; ++part) {
         const std::span<const std::uint32_t> closest = near.in_octant(part).closest();
-        expect_closest(sampler.between(brick, part, closest), closest, listed);
+        FieldBrick between;
+        sampler.load_between(brick, part, closest, between);
+        expect_closest(between, closest, listed);
         all += listed.size();
         kept += closest.size();
       }
