@@ -36,8 +36,8 @@ class CellBounds {
       : triangles_(triangles), limits_(limits) {}
 
   /// Bound of |interpolated - exact distance| in all cells; beyond the core, of how far interpolation falls below the
-  /// core. May be above the true maximum, and ends early when it is above `enough`. Every instruction set gives the
-  /// same bits. [vx]
+  /// core. May be above the true maximum. What is above `enough` is no bound: the search ends there. Every instruction
+  /// set gives the same bits. [vx]
   /// @param near  positions in `triangles` of all whose distance from the cube's centre is at most the least one, the
   ///              cube's diagonal and kSheetThickness
   [[nodiscard]] float bound(const CellCube& cube, std::span<const std::uint32_t> near);

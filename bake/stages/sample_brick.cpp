@@ -303,7 +303,9 @@ double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const 
   if (nearest - half > std::max(tolerance_.band_inner, tolerance_.band_outer) / s - kHalfDiagonal) {
     return std::max(shift - half, 0.0) * s;
   }
-  return std::max(static_cast<double>(CellBounds(proof_listed_, limits).bound(cube, from)), shift) * s;
+  const float proven = CellBounds(proof_listed_, limits).bound(cube, from);
+  if (proven > limits.enough) return std::numeric_limits<double>::infinity();
+  return std::max(static_cast<double>(proven), shift) * s;
 }
 
 BrickErrors BrickSampler::errors(const FieldBrick& brick) const {

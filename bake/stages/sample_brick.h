@@ -113,7 +113,7 @@ class BrickSampler {
     return near_octants(brick.base, FieldBrick::step_of(brick.level) * FieldBrick::kCells, from);
   }
   [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
-  /// Proven bound of interpolation's error in an octant of a brick; ends early when it is above `enough`. [m]
+  /// Proven bound of interpolation's error in an octant of a brick; infinite where none up to `enough` is found. [m]
   /// @pre the tolerance asks for proofs
   /// @param from  all triangles near it
   [[nodiscard]] double bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,

@@ -297,11 +297,15 @@ class BlockSampler {
     double bound = kHalfDiagonal * bricks_.quarter() * FieldBrick::step_of(brick.level);
     if (bound > enough()) {
       const NearTriangles near_octants = bricks_.near_octants(brick, near.all);
-      double proven = 0;
-      for (int octant = 0; octant < 8; ++octant) {
-        proven = std::max(proven, bricks_.bound(brick, octant, near_octants.in_octant(octant).all, enough()));
-      }
-      bound = std::min(bound, proven);
+      const auto proven = [&](double up_to) {
+        double worst = 0;
+        for (int octant = 0; octant < 8 && std::isfinite(worst); ++octant) {
+          worst = std::max(worst, bricks_.bound(brick, octant, near_octants.in_octant(octant).all, up_to));
+        }
+        return worst;
+      };
+      const double found = proven(enough());
+      bound = std::min(bound, std::isfinite(found) ? found : proven(bound));
     }
     block_.proven = std::max(block_.proven, bound);
     return store(brick);
