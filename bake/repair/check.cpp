@@ -33,8 +33,15 @@ constexpr double kLargeFilling = 0.1;
 // Doubts up to which a filled mesh is the one sensible solid. Of the volume, scans, a teapot and robot links leave up
 // to 0.045 in doubt, a box without a lid 0.11, a bearing without its bottom 0.48 (docs/internals/decisions.md).
 constexpr FillingDoubts kAccepted = {0.07, 0.002};
+// Folds of scans leave out less.
+constexpr double kNotedVolume = 0.001;
 // Where sheets have more of the area, thickening is advised first.
 constexpr double kMostlySheets = 0.25;
+
+// "8.1 %", "100 %".
+std::string percent(double share) {
+  return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
 
 [[noreturn]] void refuse(const std::string& message) {
   throw BakeError("check", message);
@@ -237,8 +244,8 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
   if (holes.filled > 0) {
     outcome.used = Repair::fill;
     outcome.filled_share = holes.area / area_of(work);
-    note = fmt::format("repair fill: closed {} hole{}, {:.2g} % of the surface", holes.filled, plural(holes.filled),
-                       100 * outcome.filled_share);
+    note = fmt::format("repair fill: closed {} hole{}, {} of the surface", holes.filled, plural(holes.filled),
+                       percent(outcome.filled_share));
   }
   // A filled mesh is closed. Tidying could open it again where a patch lies on a lone triangle.
   if (count_unbalanced(work) > 0 && !closed_after_tidying(work)) {
@@ -293,6 +300,11 @@ void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
   if (counts.united > 0) {
     notes.push_back(fmt::format("{} crossing or touching another or itself ({} pairs of triangles): united",
                                 shells(counts.united), counts.intersections));
+  }
+  if (counts.left_out > kNotedVolume) {
+    notes.push_back(fmt::format(
+        "a part that is inside out, at least {} of what is kept, is left out; turn its triangles in the mesh",
+        percent(counts.left_out)));
   }
   if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));
 }
@@ -430,8 +442,8 @@ bool is_accepted(const FillingDoubts& doubts) {
 // The two answers that differ.
 std::string describe_doubts(const Filled& filled) {
   if (filled.doubts.sheets > kAccepted.sheets) {
-    return fmt::format("; filling the holes would drop {:.2g} % of the area, thickening would keep it",
-                       100 * filled.doubts.sheets);
+    return fmt::format("; filling the holes would drop {} of the area, thickening would keep it",
+                       percent(filled.doubts.sheets));
   }
   return fmt::format("; it is a solid of {:.3g} m^3 if the holes are filled, or hollow with thin walls",
                      mass_properties(filled.surface).volume);

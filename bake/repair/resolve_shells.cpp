@@ -89,8 +89,12 @@ Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>
   std::vector<std::uint32_t> triangles;
   std::vector<std::uint8_t> inward;
   std::uint32_t inside_out = 0;
+  double volume = 0, righted = 0;
   for (const std::uint32_t shell : group.shells) {
-    const bool turned = signed_volume6(mesh, shells[shell]) < 0;
+    const double own = signed_volume6(mesh, shells[shell]);
+    const bool turned = own < 0;
+    volume += own;
+    righted += std::abs(own);
     inside_out += turned;
     triangles.insert(triangles.end(), shells[shell].begin(), shells[shell].end());
     inward.resize(triangles.size(), turned);
@@ -98,6 +102,11 @@ Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>
   std::sort(group.pairs.begin(), group.pairs.end());
   UnitedShells united = unite_shells(part_of(mesh, triangles), group.pairs, inward);
   if (united.righted) counts.inverted += inside_out;
+  // A union is no larger than the sum of its shells, but for parts that the sum subtracts.
+  if (!united.mesh.triangles.empty()) {
+    const double kept = signed_volume6(united.mesh);
+    counts.left_out = std::max(counts.left_out, (kept - (united.righted ? righted : volume)) / kept);
+  }
   return std::move(united.mesh);
 }
 

@@ -14,6 +14,7 @@ struct ShellCounts {
   std::uint32_t nested = 0;       ///< shells inside an odd number of others: cavities
   std::uint32_t united = 0;       ///< shells that overlapped or touched others or crossed themselves
   std::size_t intersections = 0;  ///< pairs of triangles
+  double left_out = 0;  ///< volume inside out that no winding of whole shells rights, at least: a share of what is kept
 };
 
 /// Unites shells that meet (their solids, not their surfaces). A shell inside another is a cavity, one inside a cavity

@@ -222,6 +222,16 @@ TEST(Repair, ShellsThatTouchInAFaceBecomeOneSolidWithoutAWall) {
   EXPECT_TRUE(self_intersections(r.surface).empty());
 }
 
+TEST(Repair, APartThatIsInsideOutAndLeftOutIsNoted) {
+  // Seen along y a bow tie: its lobes have 8/3 and -2/3 m^3.
+  TriangleMesh mesh = make_box({1, 1, 1});
+  for (std::array<double, 3>& v : mesh.vertices) v[0] *= v[2] > 0 ? -0.5 : 1;
+  const Repaired r = repaired(mesh);
+  EXPECT_NEAR(r.volume, 8.0 / 3, 1e-12);
+  EXPECT_EQ(r.outcome.notes.back().find("a part that is inside out, at least 25 % of what is kept"), 0U)
+      << r.outcome.notes.back();
+}
+
 TEST(Repair, CoplanarFacesOfAnOverlapStayOnce) {
   // Half of the second box is inside the first; four faces of each are coplanar.
   const Repaired r = repaired(joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {1, 0, 0})));
