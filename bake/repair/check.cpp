@@ -301,6 +301,10 @@ void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
     notes.push_back(fmt::format("{} crossing or touching another or itself ({} pairs of triangles): united",
                                 shells(counts.united), counts.intersections));
   }
+  if (counts.righted > 0) {
+    notes.push_back(
+        fmt::format("a part that was inside out, at least {} of the rest, was turned", percent(counts.righted)));
+  }
   if (counts.left_out > kNotedVolume) {
     notes.push_back(fmt::format(
         "a part that is inside out, at least {} of what is kept, is left out; turn its triangles in the mesh",

@@ -14,6 +14,9 @@
 namespace vps::bake {
 namespace {
 
+// Folds of scans enclose smaller parts that are inside out.
+constexpr double kLargePart = 0.01;
+
 // Six times the signed volume of a triangle's tetrahedron. A reference on the mesh keeps digits far from the origin.
 double volume6_of(const Mesh& mesh, std::size_t t, const Vector& reference) {
   return (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference));
@@ -89,25 +92,42 @@ Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>
   std::vector<std::uint32_t> triangles;
   std::vector<std::uint8_t> inward;
   std::uint32_t inside_out = 0;
-  double volume = 0, righted = 0;
+  double volume = 0, if_righted = 0;
   for (const std::uint32_t shell : group.shells) {
     const double own = signed_volume6(mesh, shells[shell]);
     const bool turned = own < 0;
     volume += own;
-    righted += std::abs(own);
+    if_righted += std::abs(own);
     inside_out += turned;
     triangles.insert(triangles.end(), shells[shell].begin(), shells[shell].end());
     inward.resize(triangles.size(), turned);
   }
   std::sort(group.pairs.begin(), group.pairs.end());
-  UnitedShells united = unite_shells(part_of(mesh, triangles), group.pairs, inward);
-  if (united.righted) counts.inverted += inside_out;
-  // A union is no larger than the sum of its shells, but for parts that the sum subtracts.
-  if (!united.mesh.triangles.empty()) {
-    const double kept = signed_volume6(united.mesh);
-    counts.left_out = std::max(counts.left_out, (kept - (united.righted ? righted : volume)) / kept);
+  Mesh part = part_of(mesh, triangles);
+  UnitedShells united = unite_shells(part, group.pairs, inward);
+  if (united.righted) {
+    counts.inverted += inside_out;
+    volume = if_righted;
+    for (std::size_t t = 0; t < inward.size(); ++t) {
+      if (inward[t] != 0) std::swap(part.triangles[t][1], part.triangles[t][2]);
+    }
   }
-  return std::move(united.mesh);
+  if (united.mesh.triangles.empty()) return std::move(united.mesh);
+  // A union is no larger than the sum of its shells, but for parts that the sum subtracts.
+  const double kept = signed_volume6(united.mesh);
+  const double lost = (kept - volume) / kept;
+  if (lost < kLargePart) {
+    counts.left_out = std::max(counts.left_out, lost);
+    return std::move(united.mesh);
+  }
+  counts.righted = std::max(counts.righted, lost);
+  // Turned as a whole, the mesh has positive winding numbers in these parts.
+  turn(part);
+  const auto unite = [](const Mesh& of, const std::vector<TrianglePair>& pairs) {
+    return unite_shells(of, pairs, std::vector<std::uint8_t>(of.triangles.size(), 0)).mesh;
+  };
+  append(united.mesh, unite(part, group.pairs));
+  return unite(united.mesh, self_intersections(united.mesh));
 }
 
 // A point of the mesh that no other group shares: the middle of its largest triangle.

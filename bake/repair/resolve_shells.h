@@ -14,11 +14,13 @@ struct ShellCounts {
   std::uint32_t nested = 0;       ///< shells inside an odd number of others: cavities
   std::uint32_t united = 0;       ///< shells that overlapped or touched others or crossed themselves
   std::size_t intersections = 0;  ///< pairs of triangles
-  double left_out = 0;  ///< volume inside out that no winding of whole shells rights, at least: a share of what is kept
+  double righted = 0;             ///< volume of parts of shells that were turned, at least: a share of the rest
+  double left_out = 0;            ///< the same of small parts, which are left out
 };
 
 /// Unites shells that meet (their solids, not their surfaces). A shell inside another is a cavity, one inside a cavity
-/// is solid again, and so on. The input's winding of these shells does not matter.
+/// is solid again, and so on. The input's winding of these shells does not matter. Of a shell that crosses or touches
+/// itself large parts that are inside out are turned.
 /// @param mesh  every edge balanced, no triangle uses a vertex twice
 /// @param pairs   its self-intersections
 /// @param pieces  its closed_pieces

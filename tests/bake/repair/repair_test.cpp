@@ -222,13 +222,37 @@ TEST(Repair, ShellsThatTouchInAFaceBecomeOneSolidWithoutAWall) {
   EXPECT_TRUE(self_intersections(r.surface).empty());
 }
 
-TEST(Repair, APartThatIsInsideOutAndLeftOutIsNoted) {
-  // Seen along y a bow tie: its lobes have 8/3 and -2/3 m^3.
+// Seen along y a bow tie: one lobe of 4 / (1 + twist) m^3, one of twist^2 times as much, which is inside out.
+TriangleMesh make_bow_tie(double twist) {
   TriangleMesh mesh = make_box({1, 1, 1});
-  for (std::array<double, 3>& v : mesh.vertices) v[0] *= v[2] > 0 ? -0.5 : 1;
-  const Repaired r = repaired(mesh);
-  EXPECT_NEAR(r.volume, 8.0 / 3, 1e-12);
-  EXPECT_EQ(r.outcome.notes.back().find("a part that is inside out, at least 25 % of what is kept"), 0U)
+  for (std::array<double, 3>& v : mesh.vertices) v[0] *= v[2] > 0 ? -twist : 1;
+  return mesh;
+}
+
+TEST(Repair, APartThatIsInsideOutIsTurned) {
+  for (const bool turned : {false, true}) {
+    const Repaired r = repaired(turned ? inside_out(make_bow_tie(0.5)) : make_bow_tie(0.5));
+    EXPECT_NEAR(r.volume, 10.0 / 3, 1e-12);
+    EXPECT_TRUE(is_closed(r.surface));
+    EXPECT_EQ(r.outcome.notes.back(), "a part that was inside out, at least 25 % of the rest, was turned");
+  }
+}
+
+TEST(Repair, AClosedPartThatTouchesAnotherAllAroundMayBeInsideOut) {
+  // Their common faces have different diagonals, so that no triangle is there twice.
+  TriangleMesh second = make_box({1, 1, 1}, {2, 0, 0});
+  for (std::array<double, 3>& v : second.vertices) v[1] = -v[1];
+  for (const bool turned : {false, true}) {
+    const Repaired r = repaired(joined(make_box({1, 1, 1}), turned ? second : inside_out(second)));
+    EXPECT_NEAR(r.volume, 16, 1e-12) << turned;
+    EXPECT_TRUE(self_intersections(r.surface).empty());
+  }
+}
+
+TEST(Repair, ASmallPartThatIsInsideOutIsLeftOutAndNoted) {
+  const Repaired r = repaired(make_bow_tie(0.05));
+  EXPECT_NEAR(r.volume, 4 / 1.05, 1e-12);
+  EXPECT_EQ(r.outcome.notes.back().find("a part that is inside out, at least 0.25 % of what is kept"), 0U)
       << r.outcome.notes.back();
 }
 
