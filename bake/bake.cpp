@@ -10,6 +10,7 @@
 
 #include "bake/extent.h"
 #include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/repair/check.h"
 #include "bake/stage_graph.h"
 #include "bake/stages/bounding_spheres.h"
@@ -60,6 +61,11 @@ void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<st
       "{:.1f} % of the surface has a wall thinner than two voxels under it, the thinnest found {:.3g} voxels at "
       "({:.6g}, {:.6g}, {:.6g}) m; bodies may pass through it",
       100 * thin.share, thin.thinnest / voxel_size, thin.place.x(), thin.place.y(), thin.place.z()));
+}
+
+template <class Bounded>
+double longest_side(const Bounded& mesh) {
+  return (mesh.bounds_max - mesh.bounds_min).maxCoeff();
 }
 
 Extent extent_of(const TriangleMesh& mesh) {
@@ -120,8 +126,20 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   const auto check = stages.add("check", {}, [&] {
     options.voxel_size = before.grid.voxel_size;  // a skin or thickness must not change it
     RepairOutcome outcome;
-    surface =
-        check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness, report_steps(options)}, outcome);
+    const auto repair = [&] {
+      outcome = {};
+      surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness, report_steps(options)},
+                           outcome);
+    };
+    repair();
+    const double kept = longest_side(surface);
+    if (asked.voxel_size == 0 && kept < 0.99 * longest_side(extent)) {
+      options.voxel_size = kept / asked.resolution;
+      repair();
+      outcome.notes.push_back(fmt::format("without what was left out the mesh is {} long, not {}; voxels are {}",
+                                          format_length(kept), format_length(longest_side(extent)),
+                                          format_length(options.voxel_size)));
+    }
     asset.repair = outcome.used;
     asset.filled_share = outcome.filled_share;
     asset.notes = std::move(outcome.notes);

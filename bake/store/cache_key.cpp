@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -19,6 +18,7 @@
 
 #include "bake/store/cache.h"
 #include "cache_program.h"
+#include "formats/mesh/gltf.h"
 
 namespace vps::bake {
 namespace {
@@ -63,16 +63,6 @@ std::string hash_file(const fs::path& path, std::string& stamps, std::string* te
   }
   ::close(fd);
   return good ? digits(XXH3_128bits_digest(&state)) : std::string();
-}
-
-// The JSON of a glb file, or the whole of a gltf file. A glb file starts with its magic, version and length (3 u32),
-// then size and type (2 u32) of the first chunk, which is the JSON; in version 1 the same place holds the same size.
-std::string_view gltf_json(std::string_view file) {
-  constexpr std::size_t kJson = 20;
-  if (!file.starts_with("glTF") || file.size() < kJson) return file;
-  std::uint32_t size = 0;
-  std::memcpy(&size, file.data() + 12, sizeof size);
-  return file.substr(kJson, size);
 }
 
 // Names of the files that hold a glTF file's buffers, as written in it. Nothing when its JSON cannot be parsed.

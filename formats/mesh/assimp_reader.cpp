@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/mesh/gltf.h"
 #include "formats/mesh/mesh_import.h"
 #include "formats/mesh/triangulate.h"
 
@@ -151,7 +152,11 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::string& path, c
 RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
   Assimp::Importer importer;
   keep_loaders(importer, extension);
-  if (extension == "gltf" || extension == "glb") importer.SetIOHandler(new Files(path));  // the importer deletes it
+  RawMesh raw;
+  if (extension == "gltf" || extension == "glb") {
+    importer.SetIOHandler(new Files(path));  // the importer deletes it
+    raw.note = check_gltf(read_bytes(path));
+  }
   // The asset's frame is the mesh's own, so the importer must not turn it.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* const scene = read_scene(importer, path, extension);
@@ -162,7 +167,6 @@ RawMesh read_with_assimp(const std::string& path, const std::string& extension) 
     const bool unknown = error.starts_with("No suitable reader found");
     throw ReadError(unknown ? "the content is not that of a sound ." + extension + " file" : error);
   }
-  RawMesh raw;
   add_nodes(*scene, raw);
   return raw;
 }

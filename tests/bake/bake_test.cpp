@@ -208,5 +208,19 @@ TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
   EXPECT_TRUE(notes_at(2.1).empty());
 }
 
+TEST(Bake, ResolutionCountsTheMeshWithoutWhatIsLeftOut) {
+  TriangleMesh mesh = make_box({0.5, 0.5, 0.5});
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), {{3, 0, 0}, {3.01, 0, 0}, {3, 0.01, 0}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  BakeOptions options;
+  options.resolution = 40;
+  const BakedAsset asset = bake::bake(mesh, options);
+  EXPECT_DOUBLE_EQ(asset.info.voxel_size, 1.0 / 40);
+  EXPECT_EQ(asset.notes.back(), "without what was left out the mesh is 1 m long, not 3.51 m; voxels are 25 mm");
+  options.voxel_size = 0.03;
+  EXPECT_EQ(bake::bake(mesh, options).info.voxel_size, 0.03);
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -224,6 +224,63 @@ TEST(MeshImportCorners, ThreadsImportAtTheSameTimeAndAHangOfOneDoesNotHoldTheOth
   EXPECT_EQ(good, 40);
 }
 
+// A tetrahedron of one metre.
+// @param more  members of the file, `nodes` among them
+std::string gltf(const std::string& more, const std::string& mesh = "") {
+  return R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "scene": 0, "meshes": [{)" + mesh +
+         R"("primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+{"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+{"bufferView": 0, "componentType": 5126, "count": 1, "type": "MAT4"}],
+"bufferViews": [{"buffer": 0, "byteLength": 64}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+"buffers": [{"byteLength": 72, "uri": "data:application/octet-stream;base64,)"
+         R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAQACAAMAAgAAAAMA"}], )" +
+         more + "}";
+}
+
+TEST(MeshImportCorners, WhatAGltfFileRequiresIsReadOrRefused) {
+  const TemporaryFolder folder;
+  const auto imported = [&](const std::string& text) {
+    write_file(folder / "t.gltf", text);
+    return import_mesh(folder / "t.gltf");
+  };
+  const std::string nodes = R"("nodes": [{"mesh": 0}])";
+  EXPECT_EQ(imported(gltf(nodes)).triangles.size(), 4U);
+  const ImportedMesh shiny =
+      imported(gltf(nodes + R"(, "extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform"])"));
+  EXPECT_NEAR(volume(shiny), 1.0 / 6, 1e-9);
+  EXPECT_TRUE(shiny.notes.empty());
+  for (const std::string extension :
+       {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"}) {
+    write_file(folder / "t.gltf", gltf(nodes + R"(, "extensionsRequired": [")" + extension + R"("])"));
+    EXPECT_EQ(reason_of(folder / "t.gltf"),
+              "the file needs the glTF extension " + extension + ", which is not read; export it again");
+  }
+  std::string glb = gltf(nodes + R"(, "extensionsRequired": ["X_shape"])");
+  const auto size = static_cast<std::uint32_t>(glb.size());
+  const std::uint32_t header[] = {0x46546C67, 2, size + 20, size, 0x4E4F534A};
+  write_file(folder / "t.glb", std::string(reinterpret_cast<const char*>(header), sizeof header) + glb);
+  EXPECT_NE(reason_of(folder / "t.glb").find("X_shape"), std::string::npos);
+}
+
+TEST(MeshImportCorners, ANoteNamesWhatOfAGltfFileIsNotRead) {
+  const TemporaryFolder folder;
+  const auto note_of = [&](const std::string& text) {
+    write_file(folder / "t.gltf", text);
+    const ImportedMesh mesh = import_mesh(folder / "t.gltf");
+    EXPECT_EQ(mesh.triangles.size(), 4U);
+    return mesh.notes.empty() ? "" : mesh.notes[0];
+  };
+  const std::string begin = "not read, so shapes are as they were modelled: ";
+  EXPECT_EQ(note_of(gltf(R"("nodes": [{"mesh": 0}])", R"("weights": [0, 0.5], )")), begin + "weights of morph targets");
+  EXPECT_EQ(note_of(gltf(R"("nodes": [{"mesh": 0}])", R"("weights": [0, 0], )")), "");
+  EXPECT_EQ(note_of(gltf(R"("nodes": [{"mesh": 0, "skin": 0}, {}], "skins": [{"joints": [1], "inverseBindMatrices": 2}],
+"extensionsUsed": ["EXT_mesh_gpu_instancing"])")),
+            begin + "skins, instances (EXT_mesh_gpu_instancing)");
+  write_file(folder / "t.gltf", gltf(R"("nodes": [{"mesh": 0, "skin": 0}, {}], "skins": [{"joints": [1]}])"));
+  EXPECT_EQ(reason_of(folder / "t.gltf"), "a skin without inverse bind matrices, which is not read; export it again");
+}
+
 TEST(MeshImportCorners, TwoImportsGiveTheSameMesh) {
   VPS_SHARED_FILE_OR_SKIP(path, "meshes/bunny_3k5.off");
   const TriangleMesh a = import_mesh(path), b = import_mesh(path);
