@@ -139,7 +139,7 @@ Vector own_point(const Mesh& mesh) {
   return (mesh.corner(largest, 0) + mesh.corner(largest, 1) + mesh.corner(largest, 2)) / 3;
 }
 
-// Counts the other groups that a group lies inside of. Groups meet at most in vertices and edges.
+// Finds the other groups that a group lies inside of. Groups meet at most in vertices and edges.
 class Nesting {
  public:
   explicit Nesting(const std::vector<Mesh>& groups) {
@@ -151,13 +151,14 @@ class Nesting {
     lines_ = std::make_unique<InsideTest>(all_, grid_);
   }
 
-  [[nodiscard]] std::uint32_t depth(std::uint32_t group, const Vector& point) const {
+  // The groups around a group's point, with their winding numbers there.
+  [[nodiscard]] std::map<std::uint32_t, int> around(std::uint32_t group, const Vector& point) const {
     std::map<std::uint32_t, int> winding;  // of the groups that the line crosses
     lines_->for_each_crossing(point, [&](std::uint32_t t, int crossing) {
       if (of_triangle_[t] != group && crossing_is_beyond(point, all_, t)) winding[of_triangle_[t]] -= crossing;
     });
-    return static_cast<std::uint32_t>(
-        std::count_if(winding.begin(), winding.end(), [](const auto& w) { return w.second != 0; }));
+    std::erase_if(winding, [](const auto& w) { return w.second == 0; });
+    return winding;
   }
 
  private:
@@ -166,6 +167,36 @@ class Nesting {
   Grid grid_;
   std::unique_ptr<InsideTest> lines_;
 };
+
+// The inward wall of a cavity and outward shells that meet it, such as a boss inside a housing, are united with the
+// solid around them, all as they are wound. By themselves they would be a cavity larger by the boss.
+void join_bosses(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& shells,
+                 const std::vector<Group>& groups, DisjointSets& sets) {
+  std::vector<double> volumes;
+  for (const std::vector<std::uint32_t>& shell : shells) volumes.push_back(signed_volume6(mesh, shell));
+  const auto is_smaller = [&](std::uint32_t a, std::uint32_t b) { return std::abs(volumes[a]) < std::abs(volumes[b]); };
+  std::vector<std::uint32_t> walls;  // the largest shells of such groups
+  for (const Group& group : groups) {
+    if (group.shells.size() < 2) continue;
+    const std::uint32_t largest = *std::max_element(group.shells.begin(), group.shells.end(), is_smaller);
+    const bool has_boss =
+        std::any_of(group.shells.begin(), group.shells.end(), [&](std::uint32_t s) { return volumes[s] > 0; });
+    if (volumes[largest] < 0 && has_boss) walls.push_back(largest);
+  }
+  if (walls.empty()) return;
+  std::vector<Mesh> parts(groups.size());
+  for (std::uint32_t s = 0; s < shells.size(); ++s) append(parts[sets.find(s)], part_of(mesh, shells[s]));
+  const Nesting nesting(parts);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+  for (const std::uint32_t wall : walls) {
+    const auto around = nesting.around(sets.find(wall), own_point(part_of(mesh, shells[wall])));
+    const auto closest = std::min_element(around.begin(), around.end(), [&](const auto& a, const auto& b) {
+      return std::abs(signed_volume6(parts[a.first])) < std::abs(signed_volume6(parts[b.first]));
+    });
+    if (closest != around.end() && closest->second > 0) found.emplace_back(wall, closest->first);
+  }
+  for (const auto& [wall, solid] : found) sets.join(wall, solid);
+}
 
 }  // namespace
 
@@ -189,8 +220,13 @@ ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs, c
     sets.join(pieces.of_triangle[a], pieces.of_triangle[b]);
     meets[pieces.of_triangle[a]] = meets[pieces.of_triangle[b]] = 1;
   }
-  std::vector<Group> groups(pieces.count);
-  for (std::uint32_t s = 0; s < pieces.count; ++s) groups[sets.find(s)].shells.push_back(s);
+  const auto make_groups = [&] {
+    std::vector<Group> groups(pieces.count);
+    for (std::uint32_t s = 0; s < pieces.count; ++s) groups[sets.find(s)].shells.push_back(s);
+    return groups;
+  };
+  join_bosses(mesh, shells, make_groups(), sets);
+  std::vector<Group> groups = make_groups();
   std::vector<std::uint32_t> number(mesh.triangles.size());
   for (const Group& group : groups) {
     std::uint32_t next = 0;
@@ -221,7 +257,7 @@ ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs, c
   if (solids.size() > 1) {
     const Nesting nesting(solids);
     for (std::uint32_t g = 0; g < solids.size(); ++g) {
-      const bool cavity = nesting.depth(g, own_point(solids[g])) % 2 != 0;
+      const bool cavity = nesting.around(g, own_point(solids[g])).size() % 2 != 0;
       counts.nested += cavity;
       const bool inward = signed_volume6(solids[g]) < 0;
       if (inward == cavity) continue;

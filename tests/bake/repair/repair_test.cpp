@@ -204,6 +204,20 @@ TEST(Repair, NestedShellsAreCavitiesHoweverTheyAreWound) {
   }
 }
 
+TEST(Repair, ABossOnTheWallOfACavityIsSolid) {
+  const TriangleMesh hollow = joined(make_box({2, 2, 2}), inside_out(make_box({1, 1, 1})));
+  // From 0.5 m inside the cavity to 0.5 m within the wall, or up to the wall.
+  for (const double end : {1.5, 1.0}) {
+    const TriangleMesh boss = make_box({(end - 0.5) / 2, 0.25, 0.25}, {(end + 0.5) / 2, 0, 0});
+    const Repaired r = repaired(joined(hollow, boss));
+    EXPECT_NEAR(r.volume, 64 - 8 + 0.5 * 0.5 * 0.5, 1e-12) << end;
+    EXPECT_TRUE(is_closed(r.surface));
+    // In one of two cavities, of which the other is wound outward.
+    const TriangleMesh other = joined(make_box({2, 2, 2}, {10, 0, 0}), make_box({1, 1, 1}, {10, 0, 0}));
+    EXPECT_NEAR(repaired(joined(other, joined(hollow, boss))).volume, 2 * (64 - 8) + 0.125, 1e-12) << end;
+  }
+}
+
 TEST(Repair, OverlappingShellsAreUnitedExactly) {
   for (const bool turn : {false, true}) {
     const TriangleMesh second = make_box({1, 1, 1}, {1, 0.5, 0.25});
