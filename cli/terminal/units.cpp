@@ -45,7 +45,8 @@ double parse(const std::string& text, const Quantity& quantity, Sign sign = Sign
   std::optional<double> read;
   try {
     read = std::stod(text, &used);
-  } catch (const std::exception&) {  // it is none
+    if (text.find_first_of("xX") < used) read.reset();  // hexadecimal
+  } catch (const std::exception&) {                     // it is none
   }
   const double number = read.value_or(0);
   const std::string unit = trimmed(text.substr(used));

@@ -161,6 +161,7 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, "compare", 1, "ASSET is required");
   expect_refusal(folder, cube + " -voxel=5mm", 1, "there is no option -voxel; did you mean --voxel?");
   expect_refusal(folder, cube + " --voxel five", 1, "five' is not a length");
+  expect_refusal(folder, cube + " --voxel 0x5mm", 1, "'0x5mm' is not a length");
   expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel -5mm", 1, "not a positive length");
   expect_refusal(folder, cube + " --voxel nanmm", 1, "not a positive length");
