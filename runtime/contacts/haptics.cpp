@@ -139,7 +139,7 @@ VirtualTool::Vector6 VirtualTool::constrained(const Six& wish, HapticCycle& cycl
   double share = 1;
   for (const Constraint& c : constraints_) {
     const double deeper = -dot(c.out, move);
-    const double room = std::max(-c.penetration, 0.0) + 10 * fine;
+    const double room = std::max(10 * fine - c.penetration, 0.0);
     if (deeper > room) share = std::min(share, room / deeper);
   }
   for (double& x : move) x *= share;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "runtime/vps_haptics.h"
 #include "tests/support/baked.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
 namespace vps::test {
@@ -153,6 +155,42 @@ TEST(VirtualTool, ATurningHandleDoesNotPassWalls) {
     ASSERT_EQ(tool.step(turned(upright - 1), cycle), Status::ok);
     EXPECT_LT(cycle.penetration, 1e-4);
     EXPECT_LT(cycle.tool.translation[0] + 0.29 * cycle.tool.rotation[0], 0);  // tip
+  }
+}
+
+// Turning is far softer than moving for a tool of a metre: the sweeps over its contacts do not converge.
+TEST(VirtualTool, ALargeToolThatIsPushedStaysOut) {
+  const TriangleMesh tool_mesh = joined(make_box({0.6, 0.15, 0.15}), make_box({0.15, 0.6, 0.15}, {0.4, 0.4, 0}));
+  const Bench s(tool_mesh, make_box({0.5, 0.4, 0.3}), 0.03);
+  Random random(1);
+  for (int start = 0; start < 6; ++start) {
+    Pose device;
+    const std::array<double, 9> turn = random.rotation();
+    std::copy(turn.begin(), turn.end(), device.rotation);
+    const std::array<double, 9> towards = random.rotation();
+    const auto move_to = [&](double far) {
+      for (int axis = 0; axis < 3; ++axis) device.translation[axis] = far * towards[3 * axis];
+    };
+    move_to(2);
+    VirtualTool tool(s.tool, s.map, device, {});
+    HapticCycle cycle;
+    double deepest = 0;
+    for (int i = 0; i < 500; ++i) {
+      move_to(2 - 0.004 * i);
+      ASSERT_EQ(tool.step(device, cycle), Status::ok);
+      deepest = std::max(deepest, double(cycle.penetration));
+    }
+    EXPECT_LT(deepest, 0.25 * 0.03) << start;
+    // It comes free again.
+    for (int i = 0; i < 100; ++i) {
+      move_to(0.02 * i);
+      ASSERT_EQ(tool.step(device, cycle), Status::ok);
+    }
+    move_to(2);
+    for (int i = 0; i < 20; ++i) ASSERT_EQ(tool.step(device, cycle), Status::ok);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(cycle.tool.translation[axis], device.translation[axis], 1e-3) << start;
+    }
   }
 }
 
