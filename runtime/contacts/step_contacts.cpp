@@ -3,16 +3,22 @@
 // bodies and gathers the contacts of both. Paper: Secs. 2.3 and 3.2.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
 #include "runtime/contacts/pair_roles.h"
 #include "runtime/contacts/side_contacts.h"
+#include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/grow.h"
 
 namespace vps {
 struct StepMemory::Content {
-  detail::PairMemory sides[2];  // the first body's points, the second's
+  struct Side {
+    detail::PairMemory memory;
+    std::uint64_t bodies = 0;  // whose memory it is
+  };
+  Side sides[2];  // the first body's points, the second's
 };
 StepMemory::StepMemory() noexcept = default;
 StepMemory::StepMemory(StepMemory&& other) noexcept = default;
@@ -52,6 +58,14 @@ float voxel_of(const StepBody& body) noexcept {
 
 RoleSide side_of(const StepBody& body) noexcept {
   return {body.shell, has_field(body), double{voxel_of(body)}};
+}
+
+// Differs where one of the bodies is another one or has another size.
+std::uint64_t id_of(const StepBody& shell, const StepBody& field) noexcept {
+  const std::uint64_t parts[] = {reinterpret_cast<std::uintptr_t>(shell.shell->position[0]), shell.shell->points,
+                                 std::bit_cast<std::uint32_t>(shell.shell->position_step),
+                                 field.field.visit([](const auto& of) { return field_id(of); })};
+  return field_id(std::as_bytes(std::span(parts)));
 }
 
 // Infinite for fields without bounds and for polytopes.
@@ -191,7 +205,11 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
       const StepBody& shell = of_first ? first : second;
       const StepBody& field = of_first ? second : first;
       const float sign = of_first ? 1 : -1;
-      if (memory != nullptr) return add_side(step, shell, field, sign, memory->content->sides[of_first ? 0 : 1]);
+      if (memory != nullptr) {
+        StepMemory::Content::Side& side = memory->content->sides[of_first ? 0 : 1];
+        if (const std::uint64_t bodies = id_of(shell, field); side.bodies != bodies) side = {{}, bodies};
+        return add_side(step, shell, field, sign, side.memory);
+      }
       PairMemory none;
       none.is_lasting = false;
       return add_side(step, shell, field, sign, none);

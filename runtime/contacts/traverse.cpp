@@ -46,19 +46,6 @@ FieldFacts facts_of(const Analytic& field) noexcept {
   return FieldFacts(field);
 }
 
-std::uint64_t id_of(const VoxelmapView& map) noexcept {
-  return detail::field_id(map);
-}
-std::uint64_t id_of(const PolytopeField& solid) noexcept {
-  const std::array<std::uint64_t, 3> parts{reinterpret_cast<std::uintptr_t>(solid.planes.data()), solid.planes.size(),
-                                           std::bit_cast<std::uint32_t>(solid.rounding)};
-  return detail::field_id(std::as_bytes(std::span(parts)));
-}
-template <class Analytic>
-std::uint64_t id_of(const Analytic& field) noexcept {
-  return detail::field_id(std::as_bytes(std::span(&field, 1)));
-}
-
 // Algorithm 1, down to QueryOptions::level or to the points.
 void traverse_once(TraverseQuery& query) noexcept {
   const PointshellView& shell = query.shell;
@@ -158,30 +145,19 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
   return true;
 }
 
-// Uses the bound of the region that the shell is in, if that rejects enough. A cache keeps it until the shell leaves
-// the region.
+// Uses the bound of the region that the shell is in, if that rejects enough.
 void use_region(const VoxelmapView& map, TraverseQuery& query, ContactCache& cache, detail::CodeBound& bound) noexcept {
-  constexpr float kRoom_vx = 8;
   detail::Descent& d = query.descent;
   if (map.planes == nullptr || d.bounds != nullptr) return;
   const float radius = d.radius_scale * static_cast<float>(query.shell.sphere[3][0]) + 1;
-  float low[3];
-  float high[3];
-  float room = std::numeric_limits<float>::max();
+  float centre[3];
   for (int axis = 0; axis < 3; ++axis) {
-    float at = d.points.translation[axis];
-    for (int k = 0; k < 3; ++k) at += d.points.rotation[3 * axis + k] * static_cast<float>(query.shell.sphere[k][0]);
-    const float most = radius + d.contact_distance + kRoom_vx;
-    low[axis] = at - most;
-    high[axis] = at + most;
-    room = std::min({room, at - radius - cache.region.low[axis], cache.region.high[axis] - at - radius});
+    centre[axis] = d.points.translation[axis];
+    for (int k = 0; k < 3; ++k) {
+      centre[axis] += d.points.rotation[3 * axis + k] * static_cast<float>(query.shell.sphere[k][0]);
+    }
   }
-  if (cache.region_field != query.facts.id || !(room >= d.contact_distance)) {
-    if (cache.region.is_tight) cache.reach = 0;  // points that are not in the list were below it
-    cache.region = detail::bound_region(map, low, high);
-    cache.region_field = query.facts.id;
-    room = d.contact_distance + kRoom_vx;
-  }
+  const float room = detail::keep_region(map, query.facts.id, centre, radius, d.contact_distance, cache);
   if (!cache.region.is_tight) return;
   bound = detail::bound_of_codes(cache.region, d.points, d.rounding);
   d.region = &bound;
@@ -210,7 +186,7 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       facts.frame = frame;
       facts.error = error;
       if constexpr (std::is_same_v<Kernel, detail::SolidBelow>) facts.below = kernel_field;
-      if (options.cache != nullptr) facts.id = id_of(kind);
+      if (options.cache != nullptr) facts.id = detail::field_id(kind);
       if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) {
         return status;
       }

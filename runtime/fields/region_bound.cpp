@@ -170,6 +170,26 @@ RegionBound bound_region(const VoxelmapView& map, const float (&low)[3], const f
   return region;
 }
 
+float keep_region(const VoxelmapView& map, std::uint64_t field, const float (&centre)[3], float radius, float distance,
+                  ContactCache& cache) noexcept {
+  constexpr float kRoom_vx = 8;
+  float low[3];
+  float high[3];
+  float room = std::numeric_limits<float>::max();
+  for (int axis = 0; axis < 3; ++axis) {
+    const float at = centre[axis];
+    const float most = radius + distance + kRoom_vx;
+    low[axis] = at - most;
+    high[axis] = at + most;
+    room = std::min({room, at - radius - cache.region.low[axis], cache.region.high[axis] - at - radius});
+  }
+  if (cache.region_field == field && room >= distance) return room;
+  if (cache.region.is_tight) cache.reach = 0;  // points that are not in the list were below it
+  cache.region = bound_region(map, low, high);
+  cache.region_field = field;
+  return distance + kRoom_vx;
+}
+
 CodeBound bound_of_codes(const RegionBound& bound, const Affine& points, float rounding) noexcept {
   CodeBound out;
   double height = double{bound.height} + 4 * double{rounding};

@@ -12,6 +12,13 @@ namespace vps::detail {
 /// @return not tight where it would reject little, or where the region has too many cells
 RegionBound bound_region(const VoxelmapView& map, const float (&low)[3], const float (&high)[3]) noexcept;
 
+/// Keeps the bound of a box around a sphere in a cache, until the sphere leaves the box.
+/// @param map     scaled, with planes; `field` is its id
+/// @param centre, radius, distance  the box reaches some voxels farther from the sphere than `distance`. [vx]
+/// @return how far the sphere is from the faces of the box. [vx]
+float keep_region(const VoxelmapView& map, std::uint64_t field, const float (&centre)[3], float radius, float distance,
+                  ContactCache& cache) noexcept;
+
 /// The bound at points of a shell, by their codes: normal . code + height. In a sphere of the tree it is at most that
 /// at the centre and the radius.
 struct CodeBound {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Properties of a field besides its values, and the shell's place in the field. Paper: Sec. 2.3.
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -14,6 +15,12 @@ std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept {
 std::uint64_t field_id(const VoxelmapView& map) noexcept {
   const std::uint64_t parts[2] = {reinterpret_cast<std::uintptr_t>(map.values),
                                   std::bit_cast<std::uint32_t>(map.scale)};
+  return field_id(std::as_bytes(std::span(parts)));
+}
+
+std::uint64_t field_id(const PolytopeField& solid) noexcept {
+  const std::array<std::uint64_t, 3> parts{reinterpret_cast<std::uintptr_t>(solid.planes.data()), solid.planes.size(),
+                                           std::bit_cast<std::uint32_t>(solid.rounding)};
   return field_id(std::as_bytes(std::span(parts)));
 }
 

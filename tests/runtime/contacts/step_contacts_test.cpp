@@ -192,6 +192,39 @@ TEST(StepContacts, SpringsKeepTheForceOfAllPoints) {
   EXPECT_NEAR(force, std::abs(result.force[2]), 0.1 * std::abs(result.force[2]));
 }
 
+TEST(StepContacts, AMemoryNoticesThatABodyHasAnotherSize) {
+  const StepBody shell = cube().at(0, 0, 0.05);
+  BoxField box{{0.05F, 0.05F, 0.01F}};
+  SphereField sphere{0.01F};
+  HalfSpaceField ground{{0, 0, 1}, 0};
+  Step step;
+  const auto count = [&](const StepBody& body, FieldRef field, StepMemory* memory) {
+    EXPECT_EQ(step.find(body, {field, pose_at(0, 0, 0)}, {.memory = memory}), Status::ok);
+    return step.contacts.size();
+  };
+  StepMemory of_box, of_sphere, of_ground, of_scale;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(count(shell, box, &of_box), 0U);
+    EXPECT_EQ(count(shell, sphere, &of_sphere), 0U);
+    EXPECT_EQ(count(shell, ground, &of_ground), 0U);
+    EXPECT_EQ(count(shell, ground, &of_scale), 0U);
+  }
+  const auto expect_as_without = [&](const StepBody& body, FieldRef field, StepMemory& memory) {
+    const std::size_t without = count(body, field, nullptr);
+    EXPECT_GT(without, 0U);
+    EXPECT_EQ(count(body, field, &memory), without);
+  };
+  box.half_extents.z = 0.035F;
+  expect_as_without(shell, box, of_box);
+  sphere.radius = 0.035F;
+  expect_as_without(shell, sphere, of_sphere);
+  PointshellView large;
+  ASSERT_EQ(cube().asset->pointshell(large, 3), Status::ok);
+  expect_as_without({cube().map, shell.pose, &large}, ground, of_scale);
+  ground.offset = 0.035F;
+  expect_as_without(shell, ground, of_ground);
+}
+
 TEST(StepContacts, AMemoryKeepsContactsThatAreNearlyAsGood) {
   const HalfSpaceField plane;
   Step step;
