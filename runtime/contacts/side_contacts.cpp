@@ -4,8 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <type_traits>
 
 #include "runtime/contacts/refine_contacts.h"
+#include "runtime/contacts/traverse/traverse_query.h"
+#include "runtime/fields/analytic_fields.h"
+#include "runtime/fields/region_bound.h"
 
 namespace vps::detail {
 namespace {
@@ -34,6 +39,10 @@ std::uint32_t joint_level(const PointshellView& shell) {
 
 // Motion in a step that ends the rest of a pair. [vx]
 constexpr double kCarried_vx = 0.05;
+// A body of a stack that settles moves less than this, one that slides more. [vx]
+constexpr double kSlides_vx = 0.5;
+// A body that slides tips less than this in a step, one that rolls turns more. [vx]
+constexpr float kTips_vx = 0.25F;
 
 // Steps that a pair keeps its contacts of segments after its last long fall, for those whose steps differ in length.
 // Four contacts in the short steps and many in the long ones shake stacks until they fall.
@@ -51,11 +60,60 @@ bool falls_far(const StepPair& pair, PairMemory& memory) {
   return memory.falls_far > 0;
 }
 
-// A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
-// contacts ahead for ever. It is carried until it moves more: with few contacts and many in turn, stacks sway.
-bool is_carried(const StepPair& pair, const Approach& approach, const PairMemory& memory) {
-  return approach.phase == Approach::Phase::still && memory.touched &&
-         stands_still(pair, memory.now, memory.is_carried ? kCarried_vx : kStill_vx);
+// The outward normal of a plane, of the face of a box that is wider than the shell, or of a baked surface that is flat
+// around it. Field's frame. Else nothing.
+std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache) {
+  if (partner.sheet != nullptr) return {};
+  return partner.field.visit([&](const auto& field) -> std::optional<Vec3> {
+    using Kind = std::remove_cvref_t<decltype(field)>;
+    if constexpr (std::is_same_v<Kind, HalfSpaceField>) return field.outward_normal;
+    if constexpr (std::is_same_v<Kind, BoxField>) {
+      if (const auto faces = faces_near(field, pair.shell, pair.shell_to_field)) return faces->upper.outward_normal;
+    }
+    if constexpr (std::is_same_v<Kind, VoxelmapView>) {
+      if (field.field != Field::scaled || field.planes == nullptr) return {};
+      const Frame frame = voxel_frame(field);
+      const auto unit = static_cast<float>(frame.unit);
+      const Vec3 at = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+      const float centre[3] = {(at.x - static_cast<float>(frame.origin[0])) / unit,
+                               (at.y - static_cast<float>(frame.origin[1])) / unit,
+                               (at.z - static_cast<float>(frame.origin[2])) / unit};
+      keep_region(field, field_id(field), centre, sphere_radius(pair.shell, 0) / unit, distance / unit, cache);
+      const float* const s = cache.region.slope;
+      const Vec3 inward{s[0], s[1], s[2]};
+      if (cache.region.is_tight) return (-1 / length(inward)) * inward;
+    }
+    return {};
+  });
+}
+
+// Whether a body slides along a wide face, or spins on it: however fast, its points come no closer to the face.
+bool slides_along(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache) {
+  const StepMotion& body = *pair.shell_motion;
+  const StepMotion& ground = *pair.field_motion;
+  const auto voxel = static_cast<float>(pair.voxel_size);
+  const float fall = length(body.fall - ground.fall);
+  if (fall > kLongFall_vx * voxel || dot(ground.turn, ground.turn) > 0) return false;
+  const std::optional<Vec3> face = wide_face(pair, partner, distance, cache);
+  if (!face) return false;
+  const Vec3 normal = Transform(pair.field_pose).rotate(*face);
+  const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
+  return way <= fall + kTips_vx * voxel;
+}
+
+// A pair that touches and has not moved, or only along a face, is carried. With a voxel smaller than the fall of a
+// step, it would else get contacts ahead for ever. It is carried until it moves more: with few contacts and many in
+// turn, stacks sway.
+bool is_carried(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory) {
+  const Approach& approach = query.approach;
+  if (!memory.touched) return false;
+  const double moved_vx = motion_between(pair.shell, memory.now, pair.shell_to_field) / pair.shell_voxel;
+  if (!(approach.way > 0) || (approach.phase == Approach::Phase::still && moved_vx <= kSlides_vx))
+    return moved_vx <= (memory.is_carried ? kCarried_vx : kStill_vx);
+  // Four contacts suffice where segments have more.
+  const bool has_many = memory.is_carried || memory.segments.points.size() > 4;
+  return has_many && !approach.is_joint &&
+         slides_along(pair, partner, query.distance + pair.margin + approach.way, memory.cache);
 }
 
 // What the functions below need.
@@ -196,7 +254,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;
   const bool needs_many = falls_far(pair, memory);
-  memory.is_carried = !needs_many && is_carried(pair, approach, memory);
+  memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
   const Stand before = memory.touched ? Stand() : memory.now;
   memory.now = pair.shell_to_field;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Flat parts that slide faster than a voxel in a step.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/runtime/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+constexpr double kTop = 0.15;  // of the ground, above its middle. [m]
+
+std::shared_ptr<Asset> ground_with_wall() {
+  static const std::shared_ptr<Asset> asset =
+      baked_at(joined(make_box({0.7, 0.4, kTop}), make_box({0.05, 0.4, 0.1}, {0.5, 0, 0.2})), 0.01);
+  return asset;
+}
+
+TEST(Sliding, AFlatPartHasFourContactsHoweverFast) {
+  bullet::Shape part(brick());
+  btStaticPlaneShape plane({0, 0, 1}, btScalar(kTop));
+  btBoxShape box({1, 1, btScalar(kTop)});
+  bullet::Shape baked(baked_at(make_box({0.7, 0.4, kTop}), 0.01));
+  for (btCollisionShape* const ground : {static_cast<btCollisionShape*>(&plane), static_cast<btCollisionShape*>(&box),
+                                         static_cast<btCollisionShape*>(&baked)}) {
+    World scene;
+    scene.add(*ground, 0, {0, 0, 0});
+    btRigidBody& body = scene.add(part, 1, {btScalar(-0.3), 0, btScalar(kTop + 0.05)});
+    body.setFriction(0);
+    scene.step(24);
+    body.setLinearVelocity({2, 0, 0});
+    scene.step(2);
+    for (int i = 0; i < 60; ++i) {
+      scene.step(1);
+      EXPECT_EQ(scene.points().size(), 4U) << ground->getName() << ", step " << i;
+    }
+    EXPECT_NEAR(body.getLinearVelocity().x(), 2, 1e-3) << ground->getName();
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), kTop + 0.05, 2e-4) << ground->getName();
+    EXPECT_LT(body.getAngularVelocity().length(), 0.02) << ground->getName();
+  }
+}
+
+// At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
+TEST(Sliding, AWallAheadStopsAFlatPart) {
+  bullet::Shape part(brick());
+  bullet::Shape ground(ground_with_wall());
+  for (const double fast : {1.0, 3.0, 10.0, 85.0}) {
+    World scene;
+    scene.add(ground, 0, ground.asset_frame().inverse());
+    btRigidBody& body = scene.add(part, 1, {btScalar(-0.3), 0, btScalar(kTop + 0.05)});
+    body.setFriction(0);
+    scene.step(24);
+    body.setLinearVelocity({btScalar(fast), 0, 0});
+    double farthest = -1;
+    for (int i = 0; i < 240; ++i) {
+      scene.step(1);
+      farthest = std::max(farthest, double(body.getWorldTransform().getOrigin().x()));
+    }
+    EXPECT_NEAR(farthest, 0.4, 0.001) << fast << " m/s";
+  }
+}
+
+}  // namespace
+}  // namespace vps::test
