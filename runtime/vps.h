@@ -215,8 +215,8 @@ static inline VpsFieldRef vps_half_space_ref(const VpsHalfSpace* half_space) {
 }
 
 /// Penetration of a point into a field. Beyond the narrow band of a voxelmap the sign is right. Up to `far_range` the
-/// distance is that of the far grid, within `far_error`; beyond it, and without a far grid, it is never more than the
-/// true one.
+/// distance is that of the far grid, within `far_error`; beyond it, and without a far grid, it exceeds the true one by
+/// no more than that. `vps_field_layers` may take a point of the band for one beyond it.
 /// @param point          the field's frame. [m]
 /// @param inward_normal  unit length, into the pointshell's body, the field's frame. Only `vps_field_layers` uses it;
 ///                       NULL is allowed for fields that are no voxelmap. [-]

@@ -309,8 +309,8 @@ class FieldRef {
 ///
 /// Voxelmap: Paper, Sec. 2.2. Layers use Eq. (4). Scaled and real interpolate trilinearly between the eight samples
 /// round the point; the paper's Eqs. (4) and (5) extrapolate from one sample. Beyond the narrow band the sign is right.
-/// V is that of the far grid there, within FarGridView::error; without one, and beyond its range, the distance is never
-/// more than the true one.
+/// V is that of the far grid there, within FarGridView::error; without one, and beyond its range, the distance exceeds
+/// the true one by no more than that. Layers may take a point of the band for one beyond it.
 /// @param point          P, the field's frame. [m]
 /// @param inward_normal  n, unit length, into the pointshell's body, the field's frame. Only Field::layers uses it. [-]
 /// @return V(P) [m], >= 0 inside or on the surface; infinite for a polytope of no planes.

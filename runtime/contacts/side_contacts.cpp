@@ -236,8 +236,6 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
 
 double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept {
   constexpr double kFarthest = 1e6;  // the query checks the poses of bodies that are farther from each other. [m]
-  // For rotations that check_pose accepts.
-  constexpr double kStretch = 1.001;
   const PointshellView& shell = pair.shell;
   if (shell.points == 0) return 0;
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(shell, 0));
@@ -246,7 +244,7 @@ double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept {
                  outside(centre.z, box.low.z, box.high.z)};
   const double distance = double{length(off)};
   // The covering radius is for the surface between the points.
-  const double taken = kStretch * double{sphere_radius(shell, 0)} + double{shell.covering_radius};
+  const double taken = double{kStretch} * double{sphere_radius(shell, 0)} + double{shell.covering_radius};
   return distance < kFarthest ? distance - taken : 0;
 }
 

@@ -65,7 +65,7 @@ std::uint64_t id_of(const StepBody& shell, const StepBody& field) noexcept {
   const std::uint64_t parts[] = {reinterpret_cast<std::uintptr_t>(shell.shell->position[0]), shell.shell->points,
                                  std::bit_cast<std::uint32_t>(shell.shell->position_step),
                                  field.field.visit([](const auto& of) { return field_id(of); })};
-  return field_id(std::as_bytes(std::span(parts)));
+  return hash_bytes(std::as_bytes(std::span(parts)));
 }
 
 // Infinite for fields without bounds and for polytopes.

@@ -136,9 +136,7 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
     const double gap = std::max({map.bounds_min[axis] - at, at - map.bounds_max[axis], 0.0});
     squared += gap * gap;
   }
-  // For rounding, and for rotations that check_pose accepts.
-  constexpr double kStretch = 1 + 1e-3;
-  const double apart = std::sqrt(squared) - kStretch * radius - map.error - 1e-6 * size;
+  const double apart = std::sqrt(squared) - double{detail::kStretch} * radius - map.error - 1e-6 * size;
   if (!(apart > contact_distance)) return false;
   result.delta = result.delta_bound = -apart;
   result.nodes_tested = 1;

@@ -132,7 +132,6 @@ Vec3 normal_at(const PolytopeField& solid, Vec3 p) noexcept {
 
 std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& shell,
                                    const Pose& shell_to_box) noexcept {
-  constexpr float kStretch = 1 + 1e-3F;  // for rotations that check_pose accepts
   const float radius = kStretch * sphere_radius(shell, 0);
   const Vec3 centre = Transform(shell_to_box).apply(sphere_centre(shell, 0));
   const Vec3 half = box.half_extents;

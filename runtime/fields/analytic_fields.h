@@ -9,6 +9,9 @@
 
 namespace vps::detail {
 
+/// By what a relative pose of two that check_pose accepts stretches a vector, or less: each by 1.0015.
+inline constexpr float kStretch = 1.0031F;
+
 /// `penetration` and `outward_normal` of each analytic field. A new field needs these two, its lanes
 /// (fields/field_lanes-inl.h), and a place in KernelFields and in FieldRef.
 float value_at(const BoxField& field, Vec3 point) noexcept;

@@ -3,12 +3,19 @@
 #include "runtime/contacts/traverse/cut_facet.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "runtime/fields/penetration.h"
 
 namespace vps::detail {
 namespace {
+
+// In double: its square is out of the range of floats where a body is larger than the Earth or smaller than an atom.
+double size_of(Vec3 v) noexcept {
+  const double x{v.x}, y{v.y}, z{v.z};
+  return std::sqrt(x * x + y * y + z * z);
+}
 
 struct FacetCorner {
   Vec3 at;
@@ -23,7 +30,7 @@ struct FacetSums {
   // Adds a triangle with V >= 0.
   void add(const FacetCorner& a, const FacetCorner& b, const FacetCorner& c) noexcept {
     // The integral of the product of two linear functions f and g is A / 12 (sum f sum g + sum (f g)).
-    const double share = 0.5 / 12 * double{length(cross(b.at - a.at, c.at - a.at))};
+    const double share = 0.5 / 12 * size_of(cross(b.at - a.at, c.at - a.at));
     const double sum = double{a.v} + b.v + c.v;
     v += share * 4 * sum;
     squared += share * (sum * sum + double{a.v} * a.v + double{b.v} * b.v + double{c.v} * c.v);
@@ -61,11 +68,11 @@ bool cut_facet(const Vec3 (&corners)[4], const float (&v)[4], Contact& contact) 
   }
   if (!(sums.squared > 0)) return false;
   const Vec3 inward = cross(corners[3] - corners[1], corners[2] - corners[0]);
-  const float size = length(inward);
+  const double size = size_of(inward);
   if (!(size > 0)) return false;
   const auto centre = [&](int axis) { return static_cast<float>(sums.moment[axis] / sums.v); };
   contact.position = corners[0] + Vec3{centre(0), centre(1), centre(2)};
-  contact.inward_normal = (1 / size) * inward;
+  contact.inward_normal = static_cast<float>(1 / size) * inward;
   contact.penetration = static_cast<float>(sums.squared / sums.v);
   contact.area = static_cast<float>(sums.v * sums.v / sums.squared);
   return true;

@@ -8,20 +8,16 @@
 
 namespace vps::detail {
 
-std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept {
-  return hash_bytes(analytic_field);
-}
-
 std::uint64_t field_id(const VoxelmapView& map) noexcept {
   const std::uint64_t parts[2] = {reinterpret_cast<std::uintptr_t>(map.values),
                                   std::bit_cast<std::uint32_t>(map.scale)};
-  return field_id(std::as_bytes(std::span(parts)));
+  return hash_bytes(std::as_bytes(std::span(parts)));
 }
 
 std::uint64_t field_id(const PolytopeField& solid) noexcept {
   const std::array<std::uint64_t, 3> parts{reinterpret_cast<std::uintptr_t>(solid.planes.data()), solid.planes.size(),
                                            std::bit_cast<std::uint32_t>(solid.rounding)};
-  return field_id(std::as_bytes(std::span(parts)));
+  return hash_bytes(std::as_bytes(std::span(parts)));
 }
 
 float greatest_penetration(const VoxelmapView& map) noexcept {

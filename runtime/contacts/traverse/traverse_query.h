@@ -51,10 +51,9 @@ struct FieldFacts {
 /// Fields that differ have different ids: for what is remembered of a pair.
 std::uint64_t field_id(const VoxelmapView& map) noexcept;
 std::uint64_t field_id(const PolytopeField& solid) noexcept;
-std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept;
 template <class Analytic>
 std::uint64_t field_id(const Analytic& field) noexcept {
-  return field_id(std::as_bytes(std::span(&field, 1)));
+  return hash_bytes(std::as_bytes(std::span(&field, 1)));
 }
 /// How far inside a map a point can be at most. [m]
 float greatest_penetration(const VoxelmapView& map) noexcept;
