@@ -7,6 +7,7 @@
 #include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -15,23 +16,46 @@ namespace {
 
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
 
-std::unique_ptr<Model> make_model(const TriangleMesh& body) {
+// FCL takes triangles of less than about 1e-8 m^2 for degenerate, and calls them overlapping: it gets a larger body.
+struct ScaledModel {
+  Model model;
+  double scale = 1;  // a power of two, so that nothing is rounded
+};
+
+// The scale at which the smallest triangle has an area of about 1 m^2. Slivers below rounding do not count.
+double scale_of(const std::vector<fcl::Vector3d>& points, const std::vector<fcl::Triangle>& triangles) {
+  double least = std::numeric_limits<double>::infinity();
+  double longest = 0;  // of the squared sides
+  for (const fcl::Triangle& t : triangles) {
+    const fcl::Vector3d u = points[t[1]] - points[t[0]];
+    const fcl::Vector3d v = points[t[2]] - points[t[0]];
+    longest = std::max({longest, u.squaredNorm(), v.squaredNorm()});
+    if (const double area = u.cross(v).norm(); area > 0) least = std::min(least, area);
+  }
+  const double area = std::max(least, 1e-24 * longest);
+  return std::isfinite(area) && area > 0 ? std::exp2(std::round(-0.5 * std::log2(area))) : 1;
+}
+
+std::unique_ptr<ScaledModel> make_model(const TriangleMesh& body) {
   std::vector<fcl::Vector3d> points;
   for (const auto& v : body.vertices) points.emplace_back(v[0], v[1], v[2]);
   std::vector<fcl::Triangle> triangles;
   for (const auto& t : body.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-  auto model = std::make_unique<Model>();
-  model->beginModel(int(triangles.size()), int(points.size()));
-  model->addSubModel(points, triangles);
-  model->endModel();
-  return model;
+  auto out = std::make_unique<ScaledModel>();
+  out->scale = scale_of(points, triangles);
+  for (fcl::Vector3d& point : points) point *= out->scale;
+  out->model.beginModel(int(triangles.size()), int(points.size()));
+  out->model.addSubModel(points, triangles);
+  out->model.endModel();
+  return out;
 }
 
-fcl::Transform3d transform(const Pose& pose) {
+// The pose of the first model in the second, of the same scale.
+fcl::Transform3d transform(const Pose& pose, double scale) {
   fcl::Transform3d out = fcl::Transform3d::Identity();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) out.linear()(i, j) = pose.rotation[3 * i + j];
-    out.translation()[i] = pose.translation[i];
+    out.translation()[i] = scale * pose.translation[i];
   }
   return out;
 }
@@ -40,45 +64,45 @@ class Collide final : public PairPeer {
  public:
   explicit Collide(const TriangleMesh& body) : model_(make_model(body)) {}
   PairAnswer query(const Pose& first_in_second) override {
-    const fcl::Transform3d first = transform(first_in_second);
+    const fcl::Transform3d first = transform(first_in_second, model_->scale);
     const fcl::Transform3d second = fcl::Transform3d::Identity();
     const auto begin = Clock::now();
     const fcl::CollisionRequestd request(std::numeric_limits<int>::max(), true);
     fcl::CollisionResultd result;
-    fcl::collide(model_.get(), first, model_.get(), second, request, result);
+    fcl::collide(&model_->model, first, &model_->model, second, request, result);
     PairAnswer answer;
     answer.microseconds = microseconds_since(begin);
     answer.contacts = result.numContacts();
     if (answer.contacts == 0) return answer;
     answer.depth = 0;
     for (std::size_t i = 0; i < answer.contacts; ++i) {
-      answer.depth = std::max(answer.depth, result.getContact(i).penetration_depth);
+      answer.depth = std::max(answer.depth, result.getContact(i).penetration_depth / model_->scale);
     }
     return answer;
   }
 
  private:
-  std::unique_ptr<Model> model_;
+  std::unique_ptr<ScaledModel> model_;
 };
 
 class Distance final : public PairPeer {
  public:
   explicit Distance(const TriangleMesh& body) : model_(make_model(body)) {}
   PairAnswer query(const Pose& first_in_second) override {
-    const fcl::Transform3d first = transform(first_in_second);
+    const fcl::Transform3d first = transform(first_in_second, model_->scale);
     const fcl::Transform3d second = fcl::Transform3d::Identity();
     const auto begin = Clock::now();
     const fcl::DistanceRequestd request;
     fcl::DistanceResultd result;
-    const double distance = fcl::distance(model_.get(), first, model_.get(), second, request, result);
+    const double distance = fcl::distance(&model_->model, first, &model_->model, second, request, result);
     PairAnswer answer;
     answer.microseconds = microseconds_since(begin);
-    if (distance > 0) answer.depth = -distance;
+    if (distance > 0) answer.depth = -distance / model_->scale;
     return answer;
   }
 
  private:
-  std::unique_ptr<Model> model_;
+  std::unique_ptr<ScaledModel> model_;
 };
 
 // FCL's own traversal, which also counts its tests and ends at a limit.
@@ -102,7 +126,7 @@ class LimitedNode final : public Node {
 }  // namespace
 
 struct LimitedDistance::Impl {
-  std::unique_ptr<Model> model;
+  std::unique_ptr<ScaledModel> model;
 };
 
 LimitedDistance::LimitedDistance(const TriangleMesh& body) : impl_(new Impl{make_model(body)}) {}
@@ -112,11 +136,11 @@ CountedDistance LimitedDistance::query(const Pose& first_in_second, std::size_t 
   const fcl::DistanceRequestd request;
   fcl::DistanceResultd result;
   LimitedNode node(most_tests);
-  const Model& model = *impl_->model;
-  fcl::detail::initialize(node, model, transform(first_in_second), model, fcl::Transform3d::Identity(), request,
+  const auto& [model, scale] = *impl_->model;
+  fcl::detail::initialize(node, model, transform(first_in_second, scale), model, fcl::Transform3d::Identity(), request,
                           result);
   fcl::detail::distance(&node);
-  return {std::max(result.min_distance, 0.0), node.tests()};
+  return {std::max(result.min_distance, 0.0) / scale, node.tests()};
 }
 
 std::unique_ptr<PairPeer> fcl_collide(const TriangleMesh& body) {

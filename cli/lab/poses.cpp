@@ -187,8 +187,10 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
 std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                  const std::filesystem::path& folder) {
   constexpr std::size_t kNumbers = 14;  // rotation, translation, depth, range
-  std::vector<double> key{options.tolerance,         options.arrival,           double(options.seed),
-                          double(options.most_work), double(options.essential), double(kNumbers)};
+  constexpr double kSearch = 2;         // increased when the same options give other poses
+  std::vector<double> key{
+      options.tolerance, options.arrival, double(options.seed), double(options.most_work), double(options.essential),
+      double(kNumbers),  kSearch};
   std::size_t count = 0;
   for (const DepthRange& range : options.ranges) {
     key.insert(key.end(), {double(range.count), range.least, range.most});

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -34,6 +35,25 @@ TEST(Poses, ADistanceWithALimitIsFclsOrEndsThere) {
   EXPECT_LT(ended.tests, 1100U);  // the boxes on the way back
   EXPECT_LT(ended.tests, whole.tests / 100);
   EXPECT_EQ(limited.query(aside(0), 1000000).distance, 0);
+}
+
+// FCL itself takes small triangles for overlapping.
+TEST(Poses, DistancesOfSmallBodiesAreThoseOfLargeOnesToScale) {
+  constexpr double kSmall = 1e-3;
+  const lab::LimitedDistance large(make_sphere(0.5, 4));
+  const lab::LimitedDistance small(make_sphere(0.5 * kSmall, 4));
+  const auto collide = lab::fcl_collide(make_sphere(0.5 * kSmall, 4));
+  constexpr auto kNoLimit = std::numeric_limits<std::size_t>::max();
+  for (int i = 0; i < 50; ++i) {
+    const double turn = 0.1 * i;
+    Pose pose{{std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0, 1},
+              {0.6 * std::sin(3 * turn), 0.6 * std::cos(3 * turn), 0.9}};
+    const double distance = large.query(pose, kNoLimit).distance;
+    for (double& t : pose.translation) t *= kSmall;
+    EXPECT_GT(distance, 0);
+    EXPECT_NEAR(small.query(pose, kNoLimit).distance, kSmall * distance, 1e-9 * kSmall) << i;
+    EXPECT_EQ(collide->query(pose).contacts, 0U) << i;
+  }
 }
 
 // Returns the poses found for one depth with a limit on the work.
