@@ -297,6 +297,19 @@ TEST(Scene, SavingsAreAgainstAnOrdinaryBakeFirstAndFullOnesSayWhatTheyWrote) {
   EXPECT_EQ(compared.out.find(" -"), std::string::npos) << compared.out;
 }
 
+TEST(Scene, WhatMeetsNobodyIsComparedToo) {
+  const TemporaryFolder folder;
+  const Json report = plan(folder,
+                           kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\"") +
+                               body("cube", "cube", "type = \"static\"\nmask = 0\nvoxel = \"5mm\""),
+                           "-o out --compare");
+  const Json& cube = report["assets"][1];
+  EXPECT_TRUE(cube["file"].is_null());
+  EXPECT_EQ(cube["planned"]["bytes"], 0);
+  EXPECT_GT(cube["ordinary"]["bytes"], 0);
+  EXPECT_TRUE(cube["everything"]["bytes_measured"]);
+}
+
 TEST(Scene, MemoryAndTimeMakeAPlanCoarserBeforeTheyRefuseIt) {
   const TemporaryFolder folder;
   const std::string pair = body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"");
