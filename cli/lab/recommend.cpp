@@ -24,6 +24,7 @@ const double kHalfDiagonal = std::sqrt(3.0) / 2;
 constexpr double kBytesPerPoint = 14;
 constexpr double kAlphas[] = {4, 2.8, 2, 1.4142135623730951, 1, 0.7, 0.5};
 constexpr std::size_t kDefaultAlpha = 3;
+constexpr double kDensest = 1;             // alpha, of those tried without a limit on the error
 const double kStep = std::pow(2.0, 0.25);  // from voxel size to voxel size
 
 // Rounds down to three digits of millimetres, so that the command line shows exactly the measured value.
@@ -188,23 +189,41 @@ class Search {
     plan(voxels[kMiddle]);
     place();
     std::size_t at = kMiddle;
-    if (try_alphas(voxels[at])) {
-      while (at + 1 < voxels.size() && try_alphas(voxels[at + 1])) ++at;
-      return;
+    Limits costs = limits_;
+    costs.missed = 0;  // finer voxels may miss less
+    if (try_alphas(voxels[at], costs)) {
+      while (at + 1 < voxels.size() && try_alphas(voxels[at + 1], costs)) ++at;
     }
-    while (at > 0 && !try_alphas(voxels[at - 1])) --at;
-    // Fewer points take less time and fewer bytes. This goes on until the plan refuses so coarse a grid.
-    double voxel = voxels[0];
-    while (at == 0 && !refused_by_plan_ && !try_alphas(voxel = rounded(voxel * std::sqrt(2.0)))) {
+    if (is_within()) return;
+    // Fewer points take less time and fewer bytes, and miss more. Coarser voxels follow until even the densest points
+    // miss too much, or until the plan refuses so coarse a grid.
+    double finer = at + 1 < voxels.size() ? voxels[at + 1] : voxels[at];
+    double voxel = voxels[at];
+    while (!only_misses(voxel)) {
+      finer = voxel;
+      voxel = at > 0 ? voxels[--at] : rounded(voxel * std::sqrt(2.0));
+      if (try_alphas(voxel, limits_) || refused_by_plan_) return;
+    }
+    // Between voxels that cost too much and ones that miss too much. Larger voxels may give larger files.
+    for (const double part : {0.25, 0.5, 0.75}) {
+      if (try_alphas(rounded(finer * std::pow(voxel / finer, part)), limits_)) return;
     }
   }
 
-  // Whether one of the usual spacings keeps the limits on time and bytes.
-  bool try_alphas(double voxel) {
-    Limits limits = limits_;
-    limits.missed = 0;
+  // Whether the densest points keep the limits on time and bytes, but miss contacts that are too deep.
+  bool only_misses(double voxel) {
+    const std::optional<std::size_t> tried = bake_once(voxel, kDensest);
+    if (!tried) return false;
+    measure();
+    const Tried& t = out_.tried[*tried];
+    return t.deepest_missed > limits_.missed && (limits_.bytes == 0 || double(t.bytes) <= limits_.bytes) &&
+           (limits_.microseconds == 0 || t.slowest() <= limits_.microseconds);
+  }
+
+  // Whether one of the usual spacings keeps the limits.
+  bool try_alphas(double voxel, const Limits& limits) {
     bool within = false;
-    for (const double alpha : {1.0, kAlphas[kDefaultAlpha], 2.0}) {
+    for (const double alpha : {kDensest, kAlphas[kDefaultAlpha], 2.0}) {
       const std::optional<std::size_t> tried = bake_once(voxel, alpha);
       if (!tried) continue;
       measure();

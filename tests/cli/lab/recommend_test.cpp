@@ -42,6 +42,17 @@ TEST(Recommend, GoesCoarserThanItsFirstSettingsWhereTheLimitsAskForIt) {
   EXPECT_LE(json["tried"][json["chosen"].get<std::size_t>()]["bytes"], 60000);
 }
 
+// The first settings that are small enough miss contacts deeper than half of the deepest pose, and so do coarser ones.
+TEST(Recommend, SeeksBetweenSettingsThatAreTooLargeAndOnesThatMissTooDeepContacts) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, "recommend " + sample("torus") + " --max-bytes 60kB --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json json = Json::parse(run.out);
+  const Json& chosen = json["tried"][json["chosen"].get<std::size_t>()];
+  EXPECT_LE(chosen["bytes"], 60000);
+  EXPECT_LE(chosen["deepest_missed"], json["limits"]["missed"]);
+}
+
 TEST(Recommend, BakesWhatItMeasured) {
   const TemporaryFolder folder;
   const std::string ball = sample("icosphere");
