@@ -293,6 +293,7 @@ void add_pile_cases(std::vector<Case>& cases) {
           "A body that has moved by a quarter of its height has left the stack. The verdict is `solver` where boxes of "
           "Bullet's own, of the same size, do not stand either, and less than 1.5 times as long.",
       .axes = {{"rate", "Hz", {240, 1000}, {240}}, {"iterations", "", {10, 50}, {50}}, {"time", "s", {60}, {10}}},
+      .needs = Requirement::both,
       .trace = "farthest from its place, over height",
       .run =
           [](const Subject& subject, const Column& column, std::span<const double> at) {
