@@ -22,6 +22,7 @@
 #include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/differing_numbers.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/view/page.h"
@@ -287,10 +288,11 @@ void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
                     bake::format_length(truth.options.contact), bake::format_length(truth.options.tolerance)));
   }
   if (!truth.wrenches_exact()) {
+    const auto [known, wanted] = differing_numbers(100 * truth.wrench_error, 100 * truth.options.wrench.tolerance, 2);
     notes.push_back(
-        fmt::format("exact forces and torques are known to {:.2g} % instead of {:.2g} %: errors of force and torque "
+        fmt::format("exact forces and torques are known to {} % instead of {} %: errors of force and torque "
                     "are left out",
-                    100 * truth.wrench_error, 100 * truth.options.wrench.tolerance));
+                    known, wanted));
   } else if (truth.options.wrench.tolerance > lab::WrenchOptions().tolerance) {
     notes.push_back(
         fmt::format("exact forces and torques are known to {:.2g} %: smaller errors of force and torque say nothing",

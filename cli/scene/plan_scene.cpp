@@ -12,6 +12,7 @@
 
 #include "bake/quantity_text.h"
 #include "bake/store/cache.h"
+#include "cli/tools/differing_numbers.h"
 #include "formats/scene_manifest.h"
 #include "runtime/contacts/gives_pointshell.h"
 
@@ -282,9 +283,10 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
                                             bake::format_bytes(scene.memory.value),
                                             is_free ? " or leave bodies out" : " or coarser voxels"));
     }
-    refuse_wish(scene.time, fmt::format("contacts would take {:.3g} us a step (estimated) {}, more than the {:.3g} us "
+    const auto [needed, wished] = differing_numbers(1e6 * plan.seconds_per_step, 1e6 * scene.time.value, 3);
+    refuse_wish(scene.time, fmt::format("contacts would take {} us a step (estimated) {}, more than the {} us "
                                         "wished; wish more time or keep bodies apart by their masks",
-                                        1e6 * plan.seconds_per_step, why, 1e6 * scene.time.value));
+                                        needed, why, wished));
   }
 }
 

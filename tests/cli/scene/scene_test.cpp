@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Planning of scenes as a user sees it: which bodies collide, which part each plays, and which scenes are refused
 // before baking.
+#include <fmt/format.h>
+
+#include <regex>
+
 #include "runtime/vps_runtime.h"
 #include "tests/cli/scene/scene_plan.h"
 #include "tests/cli/schema.h"
@@ -329,6 +333,17 @@ TEST(Scene, AnImpossibleWishIsRefusedWithItsLine) {
   expect_scene_refused(folder, "[wishes]\nerror = \"0.05mm\"\nmemory = \"2MB\"\n" + pair, "scene.toml:3: the assets");
   expect_scene_refused(folder, "[wishes]\nerror = \"0.01um\"\n" + pair, "scene.toml:2: an error of 0.01 um cannot be");
   expect_scene_refused(folder, "[wishes]\ntime_budget = \"2us\"\n" + pair, "scene.toml:2: contacts would take");
+  // The two numbers differ, however near they are.
+  const std::string stated = body("bolt", "bolt", "type = \"static\"\nvoxel = \"1mm\"") +
+                             body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\"");
+  const double seconds = plan(folder, stated)["estimated_step_seconds"];
+  write_file(folder / "scene.toml",
+             fmt::format("[wishes]\ntime_budget = \"{:.9g}us\"\n", 0.99999e6 * seconds) + stated);
+  const std::string why = vpsbake(folder, "scene scene.toml --dry-run").err;
+  const std::regex numbers("would take ([0-9.]+) us .* more than the ([0-9.]+) us wished");
+  std::smatch both;
+  ASSERT_TRUE(std::regex_search(why, both, numbers)) << why;
+  EXPECT_NE(both[1], both[2]) << why;
   expect_scene_refused(folder, "[wishes]\nerror = \"0.1mm\"\n" + body("a", "nut", "type = \"static\"\nvoxel = \"1mm\""),
                        "scene.toml:5: voxels of 1 mm are coarser");
 }
