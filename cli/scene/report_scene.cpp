@@ -16,6 +16,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// Whether everything was baked and written, as with --full, not for a comparison.
+bool is_full(const SceneReport& report) {
+  return !report.everything.empty() && report.ordinary.empty();
+}
+
 // Bytes and baking time of an asset, measured or predicted.
 struct Cost {
   double bytes = 0, seconds = 0;
@@ -118,9 +123,13 @@ std::string partner_names(const SceneReport& report, std::size_t body) {
   return count > kMost ? fmt::format("{} and {} more", names, count - kMost) : names;
 }
 
-std::string left_out_to_text(const bake::BakeOptions& options) {
+std::string left_out_to_text(const SceneReport& report, std::size_t asset) {
+  const std::vector<std::size_t> users = users_of(report.plan, asset);
+  const bool meets =
+      std::any_of(users.begin(), users.end(), [&](std::size_t body) { return report.plan.meeting.partners(body) > 0; });
   std::string text;
-  if (!options.pointshell) text += "pointshell (its partners have finer voxels or fewer points), ";
+  if (!report.plan.assets[asset].options.pointshell)
+    text += meets ? "pointshell (its partners have finer voxels or fewer points), " : "pointshell, ";
   return text + "layers and real (scaled answers)";
 }
 
@@ -171,7 +180,9 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
   if (o.voxelmap) text += fmt::format(", band {:.3g}/{:.3g} vx in/out", o.band_inside, o.band_outside);
   if (planned.segments > 0) text += fmt::format(", {} segments", planned.segments);
   if (!is_first) return text + fmt::format("; shares {}\n", asset.file);
-  text += fmt::format("\n    left out: {}\n    {}: {}\n", left_out_to_text(o), asset.file, saved());
+  const char* const left_out = is_full(report) ? "a plan leaves out" : "left out";
+  text +=
+      fmt::format("\n    {}: {}\n    {}: {}\n", left_out, left_out_to_text(report, planned.asset), asset.file, saved());
   return text;
 }
 
@@ -327,7 +338,10 @@ std::string to_text(const SceneReport& report) {
   if (plan.meeting.pairs() == 0) {
     const bool moves = std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                    [](const SceneBody& body) { return body.motion == Motion::dynamic; });
-    text += fmt::format("note: nothing is baked: {}; name in a TOML what else is there (docs/scene.md)\n",
+    const bool bakes = is_full(report) || std::any_of(plan.assets.begin(), plan.assets.end(),
+                                                      [](const PlannedAsset& asset) { return asset.is_needed(); });
+    text += fmt::format("note: {}{}; name in a TOML what else is there (docs/scene.md)\n",
+                        bakes ? "" : "nothing is baked: ",
                         moves ? "no two bodies can meet" : "no body has a mass, so none moves and meets another");
   }
   const std::size_t count = scene.bodies.size();

@@ -69,6 +69,17 @@ TEST(Scene, KeptPartsAreBakedWhetherAPairNeedsThemOrNot) {
   EXPECT_EQ(plays(report, 1), "mixed");
 }
 
+TEST(Scene, WhatIsKeptWithoutPartnersIsSaidToBeBaked) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.toml", body("nut", "nut", "type = \"static\"\nvoxel = \"2mm\"\nkeep = [\"voxelmap\"]"));
+  const Outcome kept = vpsbake(folder, "scene scene.toml -o out");
+  EXPECT_EQ(kept.out.find("nothing is baked"), std::string::npos) << kept.out;
+  EXPECT_NE(kept.out.find("note: no body has a mass"), std::string::npos) << kept.out;
+  EXPECT_NE(kept.out.find("\n    left out: pointshell, layers and real"), std::string::npos) << kept.out;
+  const Outcome full = vpsbake(folder, "scene scene.toml -o full --full");
+  EXPECT_EQ(full.out.find("\n    left out"), std::string::npos) << full.out;
+}
+
 TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   const TemporaryFolder folder;
   // A tetrahedron without one of its faces.
