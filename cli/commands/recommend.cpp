@@ -65,7 +65,7 @@ std::string numbers_of(const Tried& t) {
                                      bake::format_length(t.deepest_missed))
                        : "") +
          spread_line("distances", t.distance, unit) +
-         fmt::format("     the field by its certificate: off by {} at most\n", unit.text(t.field_bound));
+         fmt::format("     error bound of the field, by its certificate: {}\n", unit.text(t.field_bound));
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {

@@ -127,6 +127,7 @@ TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_TRUE(run.out.starts_with("vpsbake ")) << run.out;
   EXPECT_NE(run.out.find("\nwhy: off by "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("     error bound of the field, by its certificate: "), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("whole steps on a box in Bullet, median / 99 %: landing "), std::string::npos) << run.out;
   const Outcome none = vpsbake(folder, options + " --max-bytes 1kB");
   EXPECT_EQ(none.code, 3);
