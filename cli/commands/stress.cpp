@@ -288,11 +288,14 @@ Command add_stress_command(CLI::App& app) {
   add_text_option(
       *stress, "--mass",
       [&a](const std::string& text) {
+        // From 1.452e7 kg on the solver takes a body's inverse mass for 0 and lets it fall through others.
+        constexpr double kMostMass = 1.4e7;
         a.mass = parse_mass(text);
-        if (!(a.mass >= 1e-9 && a.mass <= 1e9))
-          throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
+        if (!(a.mass >= 1e-9 && a.mass <= kMostMass))
+          throw CLI::ValidationError("--mass takes 1e-9kg to 1.4e7kg, not '" + text +
+                                     "'; Bullet's solver does not move heavier bodies");
       },
-      "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
+      "Mass of the body, such as 250g, from 1e-9 to 1.4e7 kg [default: 1kg]")
       ->option_text("MASS")
       ->group(kCases);
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")
