@@ -14,7 +14,10 @@ std::string refusal_of(const Row& row, Cost cost) {
   const Spread& off = row.errors.contact.penetration;
   if (off.told == 0) return "tells no depth";
   if (off.told < off.asked) return fmt::format("tells {} of {} depths, perhaps the easy ones", off.told, off.asked);
-  if (row.errors.contact.missed == off.asked) return "misses every contact, so that its error is only their depth";
+  if (2 * row.errors.contact.missed > off.asked) {
+    return fmt::format("misses {} of {} contacts, so that its error is mostly their depth", row.errors.contact.missed,
+                       off.asked);
+  }
   if (cost == Cost::step && !row.steps.failure.empty()) return row.steps.failure;
   const bool untimed =
       (cost == Cost::time && row.contacts.rounds == 0) || (cost == Cost::step && row.steps.dearest().rounds == 0);
