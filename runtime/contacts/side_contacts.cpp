@@ -78,10 +78,17 @@ std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, floa
       const float centre[3] = {(at.x - static_cast<float>(frame.origin[0])) / unit,
                                (at.y - static_cast<float>(frame.origin[1])) / unit,
                                (at.z - static_cast<float>(frame.origin[2])) / unit};
+      const RegionBound before = cache.region;
+      const std::uint64_t before_field = cache.region_field;
       keep_region(field, field_id(field), centre, sphere_radius(pair.shell, 0) / unit, distance / unit, cache);
       const float* const s = cache.region.slope;
       const Vec3 inward{s[0], s[1], s[2]};
       if (cache.region.is_tight) return (-1 / length(inward)) * inward;
+      // A query for contacts needs a smaller box only.
+      if (before.is_tight) {
+        cache.region = before;
+        cache.region_field = before_field;
+      }
     }
     return {};
   });
