@@ -37,8 +37,15 @@ VpsCertificate to_c(const vps::FieldCertificate& from) {
 vps::Contact to_contact(const VpsContact& from) {
   return std::bit_cast<vps::Contact>(from);
 }
+bool are_valid(const VpsContact* contacts, size_t count) {
+  return count == 0 || (contacts != nullptr && std::all_of(contacts, contacts + count, [](const VpsContact& contact) {
+                          return is_in_range(contact.position) && is_in_range(contact.inward_normal) &&
+                                 std::abs(contact.penetration) <= kFarthest && std::isfinite(contact.area);
+                        }));
+}
 bool are_valid(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist) {
-  return (contacts != nullptr || count == 0) && law != nullptr && twist != nullptr;
+  return law != nullptr && twist != nullptr && is_in_range(twist->centre) && is_in_range(twist->linear) &&
+         is_in_range(twist->angular) && are_valid(contacts, count);
 }
 vps::PenaltyLaw to_law(const VpsPenaltyLaw& law) {
   return {law.stiffness, law.damping};
@@ -62,7 +69,7 @@ VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   if (contacts == nullptr && capacity > 0) return vps_bad_argument;
   const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
   if (given.weight < vps_per_area || given.weight > vps_per_patch) return vps_bad_argument;
-  if (!std::isfinite(given.contact_distance) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
+  if (!(given.contact_distance <= kFarthest) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
   if (const VpsStatus status = reserve(scratch, shell, capacity); status != vps_ok) return status;
 
   vps::QueryOptions query;
@@ -252,6 +259,13 @@ VpsStatus vps_check_pose(const VpsPose* pose) {
 
 VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out) {
   if (first == nullptr || second == nullptr || out == nullptr) return vps_bad_argument;
+  for (const VpsPose* const given : {first, second}) {
+    const auto is_finite = [](double x) { return std::isfinite(x); };
+    if (!std::all_of(given->rotation, given->rotation + 9, is_finite) ||
+        !std::all_of(given->translation, given->translation + 3, is_finite)) {
+      return vps_bad_argument;
+    }
+  }
   const vps::Pose pose = vps::relative_pose(to_pose(*first), to_pose(*second));
   std::copy_n(pose.rotation, 9, out->rotation);
   std::copy_n(pose.translation, 3, out->translation);
@@ -353,8 +367,8 @@ VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_
 
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction) {
-  if ((contacts == nullptr && count > 0) || !is_in_range(centre) || scratch == nullptr || kept == nullptr ||
-      capacity == 0 || count > UINT32_MAX || reduction == nullptr) {
+  if (!are_valid(contacts, count) || !is_in_range(centre) || scratch == nullptr || kept == nullptr || capacity == 0 ||
+      count > UINT32_MAX || reduction == nullptr) {
     return vps_bad_argument;
   }
   vps::Reduction found;

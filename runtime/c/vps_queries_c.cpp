@@ -105,7 +105,7 @@ VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, cons
 }
 
 VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result) {
-  if (map == nullptr || ray == nullptr || result == nullptr) return vps_bad_argument;
+  if (map == nullptr || ray == nullptr || result == nullptr || !std::isfinite(tolerance_vx)) return vps_bad_argument;
   vps::RayHit found;
   const vps::Status status = vps::cast_ray(
       map->view, {to_vec3(ray->origin), to_vec3(ray->direction), ray->max_distance}, {tolerance_vx}, found);

@@ -36,7 +36,14 @@ template <class Run>
 VpsStatus with_body(const VpsStepBody& body, const Run& run) {
   const vps::PointshellView* const shell = body.shell != nullptr ? &body.shell->view : nullptr;
   vps::StepMotion of_body;
-  if (body.motion != nullptr) of_body = to_motion(*body.motion);
+  if (body.motion != nullptr) {
+    const VpsStepMotion& given = *body.motion;
+    if (!is_in_range(given.way) || !is_in_range(given.turn) || !is_in_range(given.fall) ||
+        !(given.radius >= 0 && given.radius <= kFarthest)) {
+      return vps_bad_argument;
+    }
+    of_body = to_motion(given);
+  }
   const vps::StepMotion* const motion = body.motion != nullptr ? &of_body : nullptr;
   if (body.field.kind == vps_kind_map && body.field.field == nullptr && shell != nullptr) {
     return run(vps::StepBody{vps::VoxelmapView(), to_pose(body.pose), shell, motion});

@@ -153,7 +153,7 @@ Approach fast_approach(const StepMotion& first, const StepMotion& second, double
   const float spin = swing(first) + swing(second);
   const float between = length(first.way - second.way);
   const float way = between + spin;
-  constexpr float kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
+  constexpr float kFarthest = 1e6F;  // a body that moves farther in a step has left its world. [m]
   if (!(way < kFarthest)) return {};
   const auto voxel = static_cast<float>(voxel_size);
   if (first.yields && second.yields) {

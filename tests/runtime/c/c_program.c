@@ -264,6 +264,7 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsPose distant = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1e300, 0}};
   const VpsQueryOptions inside = {.contact_distance = -1};
   const VpsQueryOptions endless = {.contact_distance = INFINITY};
+  const VpsQueryOptions vast = {.contact_distance = 1e30F};
   const VpsQueryOptions weightless = {.weight = 7};
   const VpsQueryOptions deep = {.segment_level = UINT32_MAX};
   const VpsQueryOptions hasty = {.max_microseconds = -1};
@@ -279,6 +280,7 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_relative_pose(NULL, &pose, &out));
   REFUSED(vps_relative_pose(&pose, NULL, &out));
   REFUSED(vps_relative_pose(&pose, &pose, NULL));
+  REFUSED(vps_relative_pose(&nowhere, &pose, &out));
   REFUSED(vps_scratch_create(NULL));
   EXPECT(vps_scratch_destroy(NULL) == vps_ok);
   EXPECT(vps_scratch_create(&s) == vps_ok);
@@ -295,6 +297,7 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, NULL, s, &contact, 1, NULL));
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &inside, s, &contact, 1, &r));
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &endless, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &vast, s, &contact, 1, &r));
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &weightless, s, &contact, 1, &r));
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &hasty, s, &contact, 1, &r));
   REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &leisurely, s, &contact, 1, &r));
@@ -317,6 +320,8 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
 
 static int misuse_contacts(void) {
   const VpsContact contact = {{0, 0, 0}, {0, 0, 1}, 0.001F, 1e-6F, 0, 0};
+  const VpsContact endless_area = {{0, 0, 0}, {0, 0, 1}, 0.001F, NAN, 0, 0};
+  const VpsContact endless_depth = {{0, 0, 0}, {0, 0, 1}, INFINITY, 1e-6F, 0, 0};
   const VpsPenaltyLaw pulling = {-1, 0};
   const VpsTwist endless = {{0, 0, 0}, {INFINITY, 0, 0}, {0, 0, 0}};
   const float nowhere[3] = {NAN, 0, 0};
@@ -337,6 +342,7 @@ static int misuse_contacts(void) {
   REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, &kTwist, NULL));
   REFUSED(vps_penalty_wrench(&contact, 1, &pulling, &kTwist, &w));
   REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, &endless, &w));
+  REFUSED(vps_penalty_wrench(&endless_area, 1, &kLaw, &kTwist, &w));
   EXPECT(w.force[0] == 42);
   EXPECT(vps_penalty_wrench(NULL, 0, &kLaw, &kTwist, &w) == vps_ok && w.force[0] == 0);
   REFUSED(vps_penalty_gradient(NULL, NULL, 1, &kLaw, &kTwist, &g));
@@ -347,6 +353,7 @@ static int misuse_contacts(void) {
   EXPECT(vps_scratch_create(&s) == vps_ok);
   REFUSED(vps_reduce_contacts(NULL, 1, kTwist.centre, s, &kept, 1, &reduction));
   REFUSED(vps_reduce_contacts(&contact, 1, NULL, s, &kept, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&endless_depth, 1, kTwist.centre, s, &kept, 1, &reduction));
   REFUSED(vps_reduce_contacts(&contact, 1, nowhere, s, &kept, 1, &reduction));
   REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, NULL, &kept, 1, &reduction));
   REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, s, NULL, 1, &reduction));
@@ -365,7 +372,9 @@ static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsStepBody nothing = {vps_map_ref(NULL), pose, NULL, NULL};
   const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), pose, NULL, NULL};
   const VpsStepMotion endless = {.way = {NAN, 0, 0}};
+  const VpsStepMotion inverted = {.radius = -1};
   const VpsStepBody thrown = {vps_map_ref(map), pose, shell, &endless};
+  const VpsStepBody negative = {vps_map_ref(map), pose, shell, &inverted};
   const VpsStepOptions inside = {-1, vps_step_samples, NULL};
   const VpsStepOptions other = {0, vps_step_springs + 1, NULL};
   VpsStepMemory* memory = NULL;
@@ -386,6 +395,7 @@ static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_step_contacts(&body, &ground, &other, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&nothing, &ground, NULL, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&thrown, &ground, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&negative, &ground, NULL, s, &c, 1, &count));
   EXPECT(vps_step_contacts(&ground, &ground, NULL, s, &c, 1, &count) == vps_missing_part);
   EXPECT(vps_step_contacts(&lost, &ground, NULL, s, &c, 1, &count) == vps_bad_pose);
   EXPECT(count == 42);
@@ -449,6 +459,7 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, NULL, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, &kRay, 0, &hit));
+  REFUSED(vps_cast_ray(map, &kRay, INFINITY, &hit));
   REFUSED(vps_cast_ray(map, &kRay, 0.01F, NULL));
   REFUSED(vps_cast_ray(map, &nowhere, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, &lost, 0.01F, &hit));

@@ -331,6 +331,12 @@ TEST(StepContacts, AFastBodyHasContactsWhereItArrivesInTheStep) {
   }
   ASSERT_EQ(step.find(cube().at(0, 0, 0.026), {plane, Pose()}, {}, 16), Status::ok);
   EXPECT_TRUE(step.contacts.empty());
+  // In scenes of kilometres, or in millimetres taken for metres.
+  falls.way = {0, 0, -5000};
+  StepBody high = cube().at(0, 0, 4000);
+  high.motion = &falls;
+  ASSERT_EQ(step.find(high, {plane, Pose()}, {}, 16), Status::ok);
+  EXPECT_GE(step.contacts.size(), 4U);
   falls.way.x = std::nanf("");
   EXPECT_EQ(step.find(body, {plane, Pose()}), Status::bad_argument);
 }
