@@ -186,6 +186,7 @@ class Lint {
               "in double precision",
               far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
     }
+    look_at_mass(body);
     for_each_leaf(body, [&](const Leaf& leaf) { look_at_foundation(body, as_vps(leaf.shape)); });
     if (const Shape* const shape = as_vps(body.getCollisionShape())) look_at_inertia(body, *shape);
     btVector3 low;
@@ -201,6 +202,16 @@ class Lint {
                  1000 * travel, 1000 * size));
     }
     if (const btRigidBody* const rigid = btRigidBody::upcast(&body)) look_at_sleep(*rigid, size);
+  }
+
+  // The solver takes an inverse mass for 0 by btVector3::fuzzyZero, and leaves contacts of two such bodies out.
+  void look_at_mass(const btCollisionObject& body) {
+    constexpr double kMost = 1.7320508 / double{SIMD_EPSILON};  // the root of 3 [kg]
+    if (btRigidBody::upcast(&body) == nullptr || double(inverse_mass(body)) * kMost > 1) return;
+    add(&body, "setMassProps",
+        format("bodies of %.3g kg and more fall through static ones, for Bullet's solver takes them for static: make "
+               "it lighter, or use Bullet in double precision",
+               kMost));
   }
 
   void look_at_sleep(const btRigidBody& body, double size) {

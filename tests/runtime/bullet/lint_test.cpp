@@ -51,6 +51,22 @@ TEST(Lint, SoftBodiesAreNamed) {
   EXPECT_EQ(advice_after([&](World& scene) { scene.add(soft, 0, {0, 0, 5}); }), "btSoftBody ");
 }
 
+TEST(Lint, ABodyTooHeavyForTheSolverIsNamed) {
+  bullet::Shape shape(brick());
+  const double most = std::sqrt(3.0) / double{SIMD_EPSILON};
+  for (const double share : {0.99, 1.01}) {
+    btRigidBody* body = nullptr;
+    const auto fall = [&](World& scene) {
+      body = &scene.add(shape, btScalar(share * most), {btScalar(0.5), 0, btScalar(0.05)});
+      scene.step(120);
+      EXPECT_EQ(body->getWorldTransform().getOrigin().z() < 0, share > 1) << share;
+      body->setWorldTransform(btTransform(btQuaternion::getIdentity(), {btScalar(0.5), 0, btScalar(0.05)}));
+      body->setLinearVelocity({0, 0, 0});
+    };
+    EXPECT_EQ(advice_after(fall), share > 1 ? "setMassProps " : "") << share;
+  }
+}
+
 TEST(Lint, EachSettingThatHurtsIsNamed) {
   EXPECT_EQ(advice_after(
                 [](World& scene) { scene.world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-0.04); }),
