@@ -134,7 +134,8 @@ RegionBound bound_region(const VoxelmapView& map, const float (&low)[3], const f
   float middle[3];
   double count = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto cells = static_cast<float>((map.dims[axis] + kPlaneCell - 2) / kPlaneCell);
+    const std::uint32_t whole = (map.dims[axis] + kPlaneCell - 2) / kPlaneCell;
+    const auto cells = static_cast<float>(whole);
     // Written so that NaN gives no cells.
     if (!(low[axis] < high[axis] && high[axis] > 0 && low[axis] < cells * kPlaneCell)) return region;
     begin[axis] = static_cast<std::uint32_t>(std::max(low[axis], 0.0F) / kPlaneCell);
