@@ -11,12 +11,6 @@ namespace {
 
 constexpr double kTop = 0.15;  // of the ground, above its middle. [m]
 
-std::shared_ptr<Asset> ground_with_wall() {
-  static const std::shared_ptr<Asset> asset =
-      baked_at(joined(make_box({0.7, 0.4, kTop}), make_box({0.05, 0.4, 0.1}, {0.5, 0, 0.2})), 0.01);
-  return asset;
-}
-
 TEST(Sliding, AFlatPartHasFourContactsHoweverFast) {
   bullet::Shape part(brick());
   btStaticPlaneShape plane({0, 0, 1}, btScalar(kTop));
@@ -44,7 +38,8 @@ TEST(Sliding, AFlatPartHasFourContactsHoweverFast) {
 // At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
 TEST(Sliding, AWallAheadStopsAFlatPart) {
   bullet::Shape part(brick());
-  bullet::Shape ground(ground_with_wall());
+  const TriangleMesh wall = make_box({0.05, 0.4, 0.1}, {0.5, 0, 0.2});
+  bullet::Shape ground(baked_at(joined(make_box({0.7, 0.4, kTop}), wall), 0.01));
   for (const double fast : {1.0, 3.0, 10.0, 85.0}) {
     World scene;
     scene.add(ground, 0, ground.asset_frame().inverse());
