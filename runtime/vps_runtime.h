@@ -365,6 +365,7 @@ struct RegionBound {
   float low[3] = {}, high[3] = {};  ///< the box, in the field's voxels. [vx]
   float slope[3] = {};              ///< [-]
   float height = 0;                 ///< at the box's middle. [vx]
+  float slack = 0;                  ///< it is above the bounds of cells at the surface by so much, or less. [vx]
   bool is_tight = false;            ///< false: there is none that would reject enough
 };
 

@@ -120,15 +120,22 @@ void keep_hits(const FieldQuery& query, ContactRows& hits) {
   hits.count = kept;
 }
 
-// Whether a choice of contacts holds: the pair stands still. No others are sought then, unless one has left.
-bool holds(const FieldQuery& query) {
-  constexpr float kAlike = 1.001F;  // the way of a step is never quite the same
+constexpr float kAlike = 1.001F;  // the way of a step is never quite the same
+
+// Whether the contacts of segments hold: the pair stands still. No others are sought then, unless one has left.
+bool segments_hold(const FieldQuery& query) {
   const ChoiceMemory& choice = query.memory.choice;
   return query.options.contact_distance <= kAlike * choice.reach && stands_still(query.pair, choice.stand);
 }
+// Whether a choice of contacts holds, also that of a body that slides along a plane.
+bool choice_holds(const FieldQuery& query) {
+  const ChoiceMemory& choice = query.memory.choice;
+  return query.options.contact_distance <= kAlike * choice.reach &&
+         stands_still(query.pair, query.memory.face, choice.stand);
+}
 std::span<const ContactPlace> chosen_before(const FieldQuery& query) {
   const ChoiceMemory& choice = query.memory.choice;
-  const bool is_known = query.chooses && choice.count > 0 && holds(query);
+  const bool is_known = query.chooses && choice.count > 0 && choice_holds(query);
   return is_known ? choice.chosen() : std::span<const ContactPlace>();
 }
 
@@ -137,7 +144,7 @@ Status find_rows(const FieldQuery& query, FoundContacts& found) {
   const PointshellView& shell = query.pair.shell;
   const Pose& pose = query.pair.shell_to_field;
   Scratch& scratch = query.space.scratch;
-  if (query.chooses && query.memory.choice.none && holds(query)) {
+  if (query.chooses && query.memory.choice.none && choice_holds(query)) {
     found.are_known = true;
     return Status::ok;
   }
@@ -174,7 +181,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
   const std::span<Contact> contacts = query.contacts;
   const SegmentReach reach{options.contact_distance, pair.margin + kTouching_vx * static_cast<float>(pair.voxel_size)};
   const std::span<const SegmentPoint> segments = query.memory.segments.points;
-  if (!segments.empty() && holds(query) && test_only(shell, field, pose, reach, segments, contacts)) {
+  if (!segments.empty() && segments_hold(query) && test_only(shell, field, pose, reach, segments, contacts)) {
     found.contacts = {contacts.data(), segments.size()};
     found.are_known = true;
     return Status::ok;

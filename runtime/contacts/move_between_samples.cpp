@@ -14,7 +14,11 @@ constexpr float kRolls = 0.05F;  // turn of a body that may be rolling. [rad]
 std::vector<Slid>* recalled(const StepPair& pair, std::uint64_t sheet, PairMemory& of_pair) {
   if (!of_pair.is_lasting) return nullptr;
   SlideMemory& memory = of_pair.slides;
-  if (memory.sheet != sheet || !stands_still(pair, memory.stand)) {
+  // Along a plane contacts that stayed may move: their shifts have no direction.
+  const auto has_stayed = [](const Slid& slid) { return slid.slide == Slide::stayed; };
+  const bool have_stayed = std::all_of(memory.slid.begin(), memory.slid.end(), has_stayed);
+  const bool stands = have_stayed ? stands_still(pair, of_pair.face, memory.stand) : stands_still(pair, memory.stand);
+  if (memory.sheet != sheet || !stands) {
     memory.slid.clear();
     memory.stand = pair.shell_to_field;
     memory.sheet = sheet;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include "runtime/contacts/refine_contacts.h"
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -43,6 +45,9 @@ constexpr double kCarried_vx = 0.05;
 constexpr double kSlides_vx = 0.5;
 // A body that slides tips less than this in a step, one that rolls turns more. [vx]
 constexpr float kTips_vx = 0.25F;
+// A baked surface with bounds that are closer to it is a face: no place of it is higher than those in contact.
+constexpr float kFlat_vx = 0.05F;
+constexpr float kOneFace = 1 - 5e-7F;  // cosine between normals: a thousandth of a radian
 
 // Steps that a pair keeps its contacts of segments after its last long fall, for those whose steps differ in length.
 // Four contacts in the short steps and many in the long ones shake stacks until they fall.
@@ -62,8 +67,10 @@ bool falls_far(const StepPair& pair, PairMemory& memory) {
 
 // The outward normal of a plane, of the face of a box that is wider than the shell, or of a baked surface that is flat
 // around it. Field's frame. Else nothing.
-std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache) {
-  if (partner.sheet != nullptr) return {};
+// @param most  above the bounds of a map's cells. [vx]
+std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, float distance, float most,
+                              ContactCache& cache) {
+  if (partner.sheet != nullptr || pair.shell.points == 0) return {};
   return partner.field.visit([&](const auto& field) -> std::optional<Vec3> {
     using Kind = std::remove_cvref_t<decltype(field)>;
     if constexpr (std::is_same_v<Kind, HalfSpaceField>) return field.outward_normal;
@@ -83,9 +90,9 @@ std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, floa
       keep_region(field, field_id(field), centre, sphere_radius(pair.shell, 0) / unit, distance / unit, cache);
       const float* const s = cache.region.slope;
       const Vec3 inward{s[0], s[1], s[2]};
-      if (cache.region.is_tight) return (-1 / length(inward)) * inward;
+      if (cache.region.is_tight && cache.region.slack <= most) return (-1 / length(inward)) * inward;
       // A query for contacts needs a smaller box only.
-      if (before.is_tight) {
+      if (before.is_tight && !cache.region.is_tight) {
         cache.region = before;
         cache.region_field = before_field;
       }
@@ -94,14 +101,26 @@ std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, floa
   });
 }
 
+// What stood along another face may have come closer to this one.
+void keep_face(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
+  // A map's region costs more than its face saves, unless the body slides.
+  const bool is_sought = partner.map() == nullptr || memory.slides_along || (memory.touched && memory.face);
+  const std::optional<Vec3> face =
+      is_sought ? wide_face(pair, partner, distance, kFlat_vx, memory.cache) : std::optional<Vec3>();
+  if (face.has_value() == memory.face.has_value() && (!face || dot(*face, *memory.face) > kOneFace)) return;
+  memory.face = face;
+  memory.now = memory.choice.stand = memory.slides.stand = {};
+}
+
 // Whether a body slides along a wide face, or spins on it: however fast, its points come no closer to the face.
-bool slides_along(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache) {
+bool slides_along(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
   const StepMotion& body = *pair.shell_motion;
   const StepMotion& ground = *pair.field_motion;
   const auto voxel = static_cast<float>(pair.voxel_size);
   const float fall = length(body.fall - ground.fall);
   if (fall > kLongFall_vx * voxel || dot(ground.turn, ground.turn) > 0) return false;
-  const std::optional<Vec3> face = wide_face(pair, partner, distance, cache);
+  const std::optional<Vec3> face =
+      memory.face ? memory.face : wide_face(pair, partner, distance, std::numeric_limits<float>::max(), memory.cache);
   if (!face) return false;
   const Vec3 normal = Transform(pair.field_pose).rotate(*face);
   const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
@@ -113,14 +132,20 @@ bool slides_along(const StepPair& pair, const Partner& partner, float distance, 
 // turn, stacks sway.
 bool is_carried(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory) {
   const Approach& approach = query.approach;
+  const bool slid = std::exchange(memory.slides_along, false);
   if (!memory.touched) return false;
-  const double moved_vx = motion_between(pair.shell, memory.now, pair.shell_to_field) / pair.shell_voxel;
-  if (!(approach.way > 0) || (approach.phase == Approach::Phase::still && moved_vx <= kSlides_vx))
-    return moved_vx <= (memory.is_carried ? kCarried_vx : kStill_vx);
+  // The lowest body of a stack that creeps along the ground does not slide.
+  const std::optional<Vec3> face = slid ? memory.face : std::nullopt;
+  const auto stands = [&](double most) { return stands_still(pair, face, memory.now, most); };
+  const bool is_slow = !(approach.way > 0) || (approach.phase == Approach::Phase::still && stands(kSlides_vx));
+  if (is_slow && stands(memory.is_carried ? kCarried_vx : kStill_vx)) return true;
+  // One that slid slides until it stops.
+  if (is_slow && !(slid && approach.way > 0)) return false;
   // Four contacts suffice where segments have more.
   const bool has_many = memory.is_carried || memory.segments.points.size() > 4;
-  return has_many && !approach.is_joint &&
-         slides_along(pair, partner, query.distance + pair.margin + approach.way, memory.cache);
+  memory.slides_along = has_many && !approach.is_joint &&
+                        slides_along(pair, partner, query.distance + pair.margin + approach.way, memory);
+  return memory.slides_along;
 }
 
 // What the functions below need.
@@ -259,6 +284,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;
   const bool needs_many = falls_far(pair, memory);
+  keep_face(pair, partner, query.distance + pair.margin + approach.way, memory);
   memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
   const Stand before = memory.touched ? Stand() : memory.now;

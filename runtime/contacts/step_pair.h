@@ -117,6 +117,13 @@ inline constexpr double kStill_vx = 0.01;
 inline bool stands_still(const StepPair& pair, const Stand& before, double most = kStill_vx) noexcept {
   return motion_between(pair.shell, before, pair.shell_to_field) <= most * pair.shell_voxel;
 }
+/// The same along the normal of a wide face. A body that slides along one comes no closer to it.
+/// @param face  PairMemory::face; none: in any direction
+inline bool stands_still(const StepPair& pair, const std::optional<Vec3>& face, const Stand& before,
+                         double most = kStill_vx) noexcept {
+  if (!face) return stands_still(pair, before, most);
+  return before && largest_displacement(pair.shell, *before, pair.shell_to_field, *face) <= most * pair.shell_voxel;
+}
 
 /// Where contacts slid to. A pair that stands still need not search again.
 struct SlideMemory {
@@ -153,9 +160,13 @@ struct PairMemory {
   SlideMemory slides;
   ChoiceMemory choice;
   GapMemory gap;
+  /// The outward normal of a plane, of a box's face that is wider than the shell, or of flat baked ground that the
+  /// shell slides along, in each step since the other members' stands; else none. Field's frame.
+  std::optional<Vec3> face;
   Stand now;                            ///< in this step
   bool touched = false;                 ///< in the last one
-  bool is_carried = false;              ///< it rests, without contacts ahead
+  bool is_carried = false;              ///< it rests or slides, without contacts ahead
+  bool slides_along = false;            ///< it is carried because it slides along a face
   std::uint8_t falls_far = 0;           ///< for so many more steps
   std::array<std::uint32_t, 4> last{};  ///< features of the last contacts in slot 0
   std::size_t last_count = 0;
@@ -172,7 +183,7 @@ struct PairMemory {
     return gap.distance > 0 ? gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) : 0;
   }
   void leave_apart() noexcept {
-    touched = is_carried = false;
+    touched = is_carried = slides_along = false;
     last_count = 0;
   }
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"
@@ -149,6 +150,21 @@ std::optional<FacePair> faces_near(const BoxField& box, const PointshellView& sh
   if (z == farthest) return faces(centre.z, half.z, {0, 0, 1});
   if (y == farthest) return faces(centre.y, half.y, {0, 1, 0});
   return faces(centre.x, half.x, {1, 0, 0});
+}
+
+double largest_change(const PointshellView& shell, FieldRef field, const Pose& from, const Pose& to) noexcept {
+  const auto normal = field.visit([&](const auto& kind) -> std::optional<Vec3> {
+    using Kind = std::remove_cvref_t<decltype(kind)>;
+    if constexpr (std::is_same_v<Kind, HalfSpaceField>) return kind.outward_normal;
+    if constexpr (std::is_same_v<Kind, BoxField>) {
+      const std::optional<FacePair> now = faces_near(kind, shell, to);
+      if (!now) return {};
+      const std::optional<FacePair> before = faces_near(kind, shell, from);
+      if (before && dot(before->upper.outward_normal, now->upper.outward_normal) > 0) return now->upper.outward_normal;
+    }
+    return {};
+  });
+  return normal ? largest_displacement(shell, from, to, *normal) : largest_displacement(shell, from, to);
 }
 
 }  // namespace vps::detail

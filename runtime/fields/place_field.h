@@ -264,4 +264,26 @@ inline double largest_displacement(const PointshellView& shell, const Pose& from
   return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * sphere_radius(shell, 0));
 }
 
+/// The same along a unit vector of the poses' frame. [m]
+inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to, Vec3 along) noexcept {
+  const Vec3 at = sphere_centre(shell, 0);
+  const double centre[3] = {at.x, at.y, at.z};
+  const double axis[3] = {along.x, along.y, along.z};
+  double moved = 0;
+  double turned = 0;
+  for (int i = 0; i < 3; ++i) moved += axis[i] * (to.translation[i] - from.translation[i]);
+  for (int k = 0; k < 3; ++k) {
+    double change = 0;
+    for (int i = 0; i < 3; ++i) change += axis[i] * (to.rotation[3 * i + k] - from.rotation[3 * i + k]);
+    moved += change * centre[k];
+    turned += change * change;
+  }
+  constexpr double kRounding = 1 + 1e-6;
+  return kRounding * (std::abs(moved) + std::sqrt(turned) * sphere_radius(shell, 0));
+}
+
+/// Upper bound of what V at any point of the shell changes by from one pose to the other. A body that slides along a
+/// plane, or along a face of a box that is wider than the shell, comes no closer to it. [m]
+double largest_change(const PointshellView& shell, FieldRef field, const Pose& from, const Pose& to) noexcept;
+
 }  // namespace vps::detail

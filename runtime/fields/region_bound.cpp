@@ -75,8 +75,8 @@ float height_above(const Piece& piece, const float (&slope)[3], const float (&mi
 
 // The slope, at most 1, of the pieces that show the surface: their mean, which has a code's error, and what their
 // heights add.
-// @return how many there are
-std::size_t fit_slope(const Cells& cells, const float (&middle)[3], float (&slope)[3]) noexcept {
+// @return whether there are any
+bool fit_slope(const Cells& cells, const float (&middle)[3], float (&slope)[3]) noexcept {
   std::size_t count = 0;
   double sums[3] = {};
   double centres[3] = {};
@@ -90,7 +90,7 @@ std::size_t fit_slope(const Cells& cells, const float (&middle)[3], float (&slop
       centres[axis] += double{piece.centre[axis]};
     }
   }
-  if (count == 0) return 0;
+  if (count == 0) return false;
   const auto n = static_cast<double>(count);
   for (int axis = 0; axis < 3; ++axis) slope[axis] = static_cast<float>(sums[axis] / n);
   for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +108,7 @@ std::size_t fit_slope(const Cells& cells, const float (&middle)[3], float (&slop
   }
   const float length = std::hypot(slope[0], slope[1], slope[2]);
   for (float& one : slope) one /= std::max(length * (1 + 1e-6F), 1.0F);
-  return count;
+  return true;
 }
 
 // Whether the grid ends where no point can be in contact.
@@ -154,20 +154,18 @@ RegionBound bound_region(const VoxelmapView& map, const float (&low)[3], const f
       }
     }
   }
-  const std::size_t near = fit_slope(cells, middle, region.slope);
-  if (near == 0) return region;
+  if (!fit_slope(cells, middle, region.slope)) return region;
   region.height = std::numeric_limits<float>::lowest();
   for (const Piece& piece : cells.all()) {
     region.height = std::max(region.height, height_above(piece, region.slope, middle));
   }
   region.height += kRounding_vx;
-  std::size_t tight = 0;
   for (const Piece& piece : cells.all()) {
     float above = region.height - piece.height;
     for (int axis = 0; axis < 3; ++axis) above += region.slope[axis] * (piece.centre[axis] - middle[axis]);
-    if (shows_surface(piece, middle) && above <= kTight_vx) ++tight;
+    if (shows_surface(piece, middle)) region.slack = std::max(region.slack, above);
   }
-  region.is_tight = tight == near;
+  region.is_tight = region.slack <= kTight_vx;
   return region;
 }
 

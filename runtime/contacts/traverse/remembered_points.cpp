@@ -104,9 +104,9 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const bool same = cache.shell == shell.position[0] && cache.shell_points == shell.points &&
                     cache.shell_scale == shell.scale && cache.field == query.facts.id &&
                     cache.has_flats == (d.flats != nullptr);
-  const double spent = same ? largest_displacement(shell, cache.reference, query.pose) : 0;
+  const double spent = same ? largest_change(shell, query.facts.values, cache.reference, query.pose) : 0;
   const double needed = query.reach + 2.0 * query.facts.error;
-  const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
+  const double step = same ? largest_change(shell, query.facts.values, cache.last, query.pose) : 0;
   cache.last = query.pose;
   // A list suffices for some steps like the last one.
   constexpr double kSteps = 8;

@@ -35,6 +35,36 @@ TEST(Sliding, AFlatPartHasFourContactsHoweverFast) {
   }
 }
 
+// It falls more than a voxel in a step: as it stops, it would have many contacts once more.
+TEST(Sliding, AFlatPartThatStopsKeepsItsContacts) {
+  bullet::Shape part(baked_at(samples::make_gear(), 0.001));
+  constexpr auto kStep = btScalar(1.0 / 90);
+  btStaticPlaneShape plane({0, 0, 1}, btScalar(kTop));
+  btBoxShape box({1, 1, btScalar(kTop)});
+  bullet::Shape baked(baked_at(make_box({0.7, 0.4, kTop}), 0.01));
+  for (btCollisionShape* const ground : {static_cast<btCollisionShape*>(&plane), static_cast<btCollisionShape*>(&box),
+                                         static_cast<btCollisionShape*>(&baked)}) {
+    for (const double fast : {0.9, 1.13, 1.31, 1.5}) {
+      World scene;
+      scene.add(*ground, 0, {0, 0, 0});
+      btRigidBody& body = scene.add(part, 1, {btScalar(-0.3), 0, btScalar(kTop + 0.004)});
+      body.setFriction(1);
+      scene.step(20, kStep);
+      body.setLinearVelocity({btScalar(fast), 0, 0});
+      body.setAngularVelocity({0, 0, btScalar(fast)});
+      scene.step(2, kStep);
+      int moving = 0;
+      for (int i = 0; i < 80; ++i) {
+        scene.step(1, kStep);
+        moving += body.getLinearVelocity().length() > 1e-3;
+        EXPECT_EQ(scene.points().size(), 4U) << ground->getName() << ", " << fast << " m/s, step " << i;
+      }
+      EXPECT_GT(moving, 8);
+      EXPECT_LT(moving, 60) << "it stops";
+    }
+  }
+}
+
 // At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
 TEST(Sliding, AWallAheadStopsAFlatPart) {
   bullet::Shape part(brick());

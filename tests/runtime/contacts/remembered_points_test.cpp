@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "runtime/fields/place_field.h"
 #include "tests/runtime/pair.h"
 
 namespace vps::test {
@@ -79,6 +80,80 @@ TEST(RememberedPoints, ChangeNoContacts) {
     EXPECT_GT(touching, 500);
     EXPECT_LT(tested, tested_without / 2);
   }
+}
+
+// V at a point changes by no more than the bound says, also at the edges of a box.
+TEST(RememberedPoints, DistancesChangeByNoMoreThanTheMotionAlongAFace) {
+  Pair s;
+  const HalfSpaceField plane{{0.6F, 0, 0.8F}, 0.03F};
+  const BoxField box{{0.3F, 0.5F, 0.1F}};
+  Random random(7);
+  const auto anywhere = [&] {
+    Pose pose = random_pose(random, 0);
+    for (int axis = 0; axis < 3; ++axis) pose.translation[axis] = random.between(-0.7, 0.7);
+    return pose;
+  };
+  const auto check = [&](const auto& field) {
+    int along = 0;
+    for (int n = 0; n < 20'000; ++n) {
+      const Pose from = anywhere();
+      const Pose to = anywhere();
+      const double whole = detail::largest_displacement(s.shell, from, to);
+      const double bound = detail::largest_change(s.shell, field, from, to);
+      EXPECT_LE(bound, whole * (1 + 1e-6));
+      along += bound < whole;
+      const std::uint32_t point = static_cast<std::uint32_t>(random.between(0, 1) * (s.shell.points - 1));
+      const Vec3 p = point_position(s.shell, point);
+      const float before = penetration(field, detail::Transform(from).apply(p));
+      const float after = penetration(field, detail::Transform(to).apply(p));
+      EXPECT_LE(std::abs(double{after} - double{before}), bound + 1e-6) << n;
+    }
+    EXPECT_GT(along, 20);
+  };
+  check(plane);
+  check(box);
+}
+
+// A body that slides and spins on a plane or a box, far and near, now and then over the edge of the box.
+TEST(RememberedPoints, ChangeNoContactsOfASlidingBody) {
+  Pair s;
+  const HalfSpaceField plane{{0, 0, 1}, 0.0605F};
+  const BoxField box{{0.5F, 0.5F, 0.0605F}};
+  Random random(3);
+  const auto slide = [&](const auto& field) {
+    ContactCache cache;
+    std::uint64_t tested = 0;
+    std::uint64_t tested_without = 0;
+    int touching = 0;
+    double angle = 0;
+    Pose pose = pose_at(0.09, 0, 0.08);
+    for (int n = 0; n < 3000; ++n) {
+      pose.translation[0] = 0.6 * std::sin(0.02 * n);
+      pose.translation[1] = 0.3 * std::cos(0.03 * n);
+      pose.translation[2] = 0.08 + (n % 50 < 25 ? 1 : -1) * random.between(0, 2e-6) - (n % 700 < 350 ? 0.003 : 0);
+      angle += 0.05;
+      pose.rotation[0] = pose.rotation[4] = std::cos(angle);
+      pose.rotation[3] = std::sin(angle);
+      pose.rotation[1] = -pose.rotation[3];
+      QueryOptions options;
+      options.contact_distance = 0.0005F;
+      QueryResult without;
+      ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, without), Status::ok);
+      const std::vector<Contact> expected(s.contacts.begin(), s.contacts.begin() + without.contacts);
+      QueryResult with;
+      options.cache = &cache;
+      ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, with), Status::ok);
+      ASSERT_EQ(with.contacts, without.contacts) << n;
+      ASSERT_TRUE(same_bytes(expected, std::span(s.contacts).first(with.contacts))) << n;
+      tested += with.nodes_tested;
+      tested_without += without.nodes_tested;
+      touching += without.contacts > 0;
+    }
+    EXPECT_GT(touching, 500);
+    EXPECT_LT(tested, tested_without / 2);
+  };
+  slide(plane);
+  slide(box);
 }
 
 // A body that fits closely round another: nearly all points are in the list, and few may touch.
