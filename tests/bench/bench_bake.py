@@ -12,6 +12,8 @@ from measured_run import measured_run
 
 TARGET = 0.5
 VOXELS_MM = (0.5, 0.25)
+# Options of the bake, by what --fields takes.
+FIELDS = {"all": ["--fields", "layers,scaled,real"], "default": []}
 
 
 def measure(command):
@@ -25,7 +27,7 @@ def run_pairs(arguments, voxel_mm, folder):
     """One (vpsbake, OpenVDB) pair of runs per round."""
     asset = os.path.join(folder, "bench.vps.hdf")
     bake = [arguments.vpsbake, arguments.mesh, "--scale", str(arguments.scale), "--voxel", f"{voxel_mm}mm",
-            "--fields", "layers,scaled,real", "--json", "-o", asset]
+            *FIELDS[arguments.fields], "--json", "-o", asset]
     peer = [arguments.peer, arguments.mesh, str(arguments.scale), str(voxel_mm / 1000)]
     pairs = []
     for number in range(arguments.rounds + 1):
@@ -107,6 +109,7 @@ def main():
     parser.add_argument("--peer", required=True, help="openvdb_peer")
     parser.add_argument("--mesh", required=True)
     parser.add_argument("--scale", type=float, default=1.0, help="metres per unit of the mesh")
+    parser.add_argument("--fields", choices=FIELDS, default="all", help="of the asset: all three, or the default")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--work", default=".", help="existing folder for the asset, deleted afterwards")
     arguments = parser.parse_args()
@@ -116,7 +119,8 @@ def main():
         pairs_of = {voxel: run_pairs(arguments, voxel, folder) for voxel in VOXELS_MM}
 
     _, (_, peer) = next(iter(pairs_of.values()))[0]
-    print(f"{machine()}; {peer['triangles']:,} triangles; {arguments.rounds} rounds, each side in turn.")
+    print(f"{machine()}; {peer['triangles']:,} triangles; {arguments.fields} fields; "
+          f"{arguments.rounds} rounds, each side in turn.")
     # Other load slows down the program that uses more cores more.
     if load > 0.3 * os.cpu_count():
         print(f"The machine was busy, with a load of {load:.1f} before the first round: not a clean measurement.")
