@@ -17,6 +17,7 @@
 #include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
 #include "runtime/bullet/vps_bullet.h"
 
@@ -142,6 +143,8 @@ void print_recommend(const RecommendArguments& arguments, const Recommendation& 
 
 int run_recommend(const RecommendArguments& arguments) {
   bullet::set_message_handler(nullptr);  // a body of 1 kg may be of any size
+  if (const std::string reason = cache_refusal(arguments.cache); !reason.empty())
+    return fail(kIo, arguments.cache, reason);
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
     const Progress progress(arguments.bake.verbosity);

@@ -303,11 +303,8 @@ void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
 int run_report(const ReportArguments& arguments) {
   bullet::set_message_handler(nullptr);  // a body of 1 kg may be of any size
   if (const int code = check_outputs(arguments.output); code != kOk) return code;
-  if (!arguments.cache.empty()) {
-    std::error_code error;
-    fs::create_directories(arguments.cache, error);
-    if (error) return fail(kIo, arguments.cache, error.message() + "; choose another folder for --cache");
-  }
+  if (const std::string reason = cache_refusal(arguments.cache); !reason.empty())
+    return fail(kIo, arguments.cache, reason);
   ordered_json report = report_head(arguments);
   std::vector<Candidate> meshes;
   for (const std::string& file : arguments.meshes) {

@@ -217,6 +217,8 @@ int run_stress(const StressArguments& arguments) {
     if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
       return fail(kIo, file.string(), reason);
   }
+  if (const std::string reason = cache_refusal(arguments.mesh.cache); !reason.empty())
+    return fail(kIo, arguments.mesh.cache, reason);
   std::optional<TriangleMesh> mesh;
   if (!arguments.mesh.mesh.empty()) {
     const auto import = [&] {

@@ -119,6 +119,11 @@ void bake_asset(SceneRun& run, std::size_t i) {
 
 void plan_run(SceneRun& run) {
   run.scene = read_scene(run.options.scene);
+  if (!run.options.dry_run) {  // before the meshes, which take longer
+    const std::string folder = run.options.folder.string();
+    if (const std::string reason = folder_refusal(folder); !reason.empty())
+      throw SceneError({folder, 0}, reason, SceneError::Kind::io);
+  }
   run.meshes = read_meshes(run.scene);
   doubt_units(run.scene, run.meshes);
   run.plan = plan_scene(run.scene, run.meshes);

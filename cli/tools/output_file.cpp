@@ -34,6 +34,13 @@ std::string output_refusal(const fs::path& name, std::string_view beginning, con
   return fmt::format("the file exists and is not {}; remove it or choose another output", kind);
 }
 
+std::string cache_refusal(const fs::path& folder) {
+  if (folder.empty()) return "";
+  std::error_code error;
+  fs::create_directories(folder, error);
+  return error ? error.message() + "; choose another folder for --cache" : "";
+}
+
 std::string asset_refusal(const fs::path& output) {
   return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
 }

@@ -18,6 +18,10 @@ namespace vps::cli {
 /// `output_refusal` of an asset.
 [[nodiscard]] std::string asset_refusal(const std::filesystem::path& output);
 
+/// Makes the folder of a cache where it does not exist. @return why it cannot be made; empty when it exists or no
+/// folder is named
+[[nodiscard]] std::string cache_refusal(const std::filesystem::path& folder);
+
 /// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html. Beside standard input,
 /// "-", is standard output.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& asset, const char* ending);

@@ -141,6 +141,8 @@ TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
                  "no voxel size tried reaches an error of 1 um: voxels of 4.34 um make a grid of more than 16384");
   expect_refusal(folder, "recommend " + sample("icosphere"), 1, "--max-error, --max-time or --max-bytes is required");
   expect_refusal(folder, "recommend " + sample("icosphere") + " --max-time 20", 1, "needs a unit");
+  expect_refusal(folder, "recommend absent.obj --max-error 1mm --cache sheet.obj/a", 2,
+                 "choose another folder for --cache");
 }
 
 }  // namespace

@@ -409,6 +409,8 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   write_file(folder / "scene.vps", "");
   expect_refusal(folder, "scene scene.toml", 2, "scene.vps: this is a file");
   expect_refusal(folder, "scene scene.toml -o none/out", 2, "the folder above does not exist");
+  write_file(folder / "scene.toml", "[[body]]\nname = \"a\"\nmesh = \"none.obj\"\nmass = \"1kg\"\n");
+  expect_refusal(folder, "scene scene.toml -o none/out", 2, "none/out: the folder above does not exist");
 }
 
 TEST(Scene, ExamplesOutputsAndManifestsHoldToTheirSchemas) {
