@@ -15,9 +15,22 @@ namespace vps::cli {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// Whether a name is that of an open file of this process, such as /dev/stdout.
+bool is_open_file(const fs::path& name) {
+  const fs::path folder = name.parent_path();
+  return name == "/dev/stdout" || name == "/dev/stderr" || folder == "/dev/fd" || folder == "/proc/self/fd";
+}
+
+}  // namespace
+
 std::string output_refusal(const fs::path& name, std::string_view beginning, const char* kind) {
   if (is_standard_stream(name))
     return ::isatty(STDOUT_FILENO) == 0 ? "" : "standard output is a terminal; redirect it, or give the name of a file";
+  if (is_open_file(name))
+    return "an output appears whole, as a new file, which cannot be done here; write - for standard output, or the "
+           "name of a file";
   std::error_code ignored;
   const fs::path output = link_target(name);
   if (fs::is_symlink(output, ignored)) return "its symbolic links form a loop; choose another output";

@@ -212,6 +212,8 @@ TEST(Cli, FilesThatCannotBeReadOrWrittenAreExitCodeTwo) {
   expect_refusal(folder, ". --voxel 5mm -o a.vps.hdf", 2, "or bake all of its meshes with vpsbake batch");
   expect_refusal(folder, sample("cube") + " --voxel 5mm -o missing/a.vps.hdf", 2, "the folder does not exist");
   expect_refusal(folder, sample("cube") + " --voxel 5mm -o .", 2, "this is a folder");
+  for (const std::string name : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"})
+    expect_refusal(folder, sample("cube") + " --voxel 5mm -o " + name, 2, "write - for standard output");
   expect_refusal(folder, "info none.vps.hdf", 2, "none.vps.hdf: the file does not exist");
 }
 
