@@ -245,12 +245,12 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   plan.predicted_memory_bytes = predict_memory(mesh, grid, options);
   plan.predicted_asset_bytes = predict_asset(mesh, result, options);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
+    const auto [needed, limit] = differing_bytes(static_cast<double>(plan.predicted_memory_bytes),
+                                                 static_cast<double>(options.memory_limit_bytes));
     refuse_plan(fmt::format(
         "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
         "is the mesh's unit right (--unit)? Otherwise choose larger voxels or a higher --memory",
-        grid.dims[0], grid.dims[1], grid.dims[2], size_of(mesh),
-        format_bytes(static_cast<double>(plan.predicted_memory_bytes)),
-        format_bytes(static_cast<double>(options.memory_limit_bytes))));
+        grid.dims[0], grid.dims[1], grid.dims[2], size_of(mesh), needed, limit));
   }
   return result;
 }

@@ -15,10 +15,23 @@ std::string format_length(double metres) {
   return fmt::format("{:.4g} um", metres * 1e6);
 }
 
-std::string format_bytes(double bytes) {
-  if (bytes >= 1e9) return fmt::format("{:.3g} GB", bytes / 1e9);
-  if (bytes >= 1e6) return fmt::format("{:.3g} MB", bytes / 1e6);
-  return fmt::format("{:.3g} kB", bytes / 1e3);
+std::string format_bytes(double bytes, int digits) {
+  if (bytes < 1e3) return fmt::format("{:.{}g} B", bytes, digits);
+  constexpr const char* kUnits[] = {"kB", "MB", "GB", "TB", "PB"};
+  constexpr int kLast = 4;
+  double size = bytes / 1e3;
+  int unit = 0;
+  const double round_up = 1000 - 500 * std::pow(10.0, -digits);  // from here on it is printed as 1000
+  for (; size >= round_up && unit < kLast; ++unit) size /= 1e3;
+  return fmt::format("{:.{}g} {}", size, digits, kUnits[unit]);
+}
+
+std::pair<std::string, std::string> differing_bytes(double a, double b) {
+  constexpr int kMost = 17;  // of a double
+  int digits = 3;
+  auto texts = std::pair(format_bytes(a), format_bytes(b));
+  while (texts.first == texts.second && ++digits <= kMost) texts = {format_bytes(a, digits), format_bytes(b, digits)};
+  return texts;
 }
 
 }  // namespace vps::bake

@@ -46,6 +46,7 @@ std::string in_words_of(const Place& place, std::string text) {
   constexpr std::pair<std::string_view, std::string_view> kWords[] = {{"--repair fill", "repair = \"fill\""},
                                                                       {"--repair wrap", "repair = \"wrap\""},
                                                                       {"--repair", "repair"},
+                                                                      {" or a higher --memory", ""},
                                                                       {"--unit", "unit"}};
   for (const auto& [option, key] : kWords) {
     for (std::size_t at = 0; (at = text.find(option, at)) != std::string::npos; at += key.size())

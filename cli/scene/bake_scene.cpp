@@ -195,9 +195,10 @@ void bake_scene(SceneRun& run) {
   double bytes = 0;
   for (const BakedPart& part : run.baked) bytes += part.asset ? static_cast<double>(part.asset->bytes().size()) : 0;
   if (!run.options.full && run.scene.memory.value > 0 && bytes > run.scene.memory.value) {
-    throw SceneError(run.scene.memory.place,
-                     fmt::format("the assets take {}, more than the {} wished; wish more memory or coarser voxels",
-                                 bake::format_bytes(bytes), bake::format_bytes(run.scene.memory.value)));
+    const auto [needed, wished] = bake::differing_bytes(bytes, run.scene.memory.value);
+    throw SceneError(
+        run.scene.memory.place,
+        fmt::format("the assets take {}, more than the {} wished; wish more memory or coarser voxels", needed, wished));
   }
 }
 

@@ -277,11 +277,11 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
             : (is_free ? fmt::format("with {} voxels along each body, the fewest that are sensible", kLeastResolution)
                        : "with the voxels that are stated");
     if (!fits_memory) {
-      refuse_wish(scene.memory, fmt::format("the assets would take {} of memory (predicted, from above) {}, more than "
-                                            "the {} wished; wish more memory{}",
-                                            bake::format_bytes(static_cast<double>(plan.bytes)), why,
-                                            bake::format_bytes(scene.memory.value),
-                                            is_free ? " or leave bodies out" : " or coarser voxels"));
+      const auto [needed, wished] = bake::differing_bytes(static_cast<double>(plan.bytes), scene.memory.value);
+      refuse_wish(scene.memory,
+                  fmt::format("the assets would take {} of memory (predicted, from above) {}, more than "
+                              "the {} wished; wish more memory{}",
+                              needed, why, wished, is_free ? " or leave bodies out" : " or coarser voxels"));
     }
     const auto [needed, wished] = differing_numbers(1e6 * plan.seconds_per_step, 1e6 * scene.time.value, 3);
     refuse_wish(scene.time, fmt::format("contacts would take {} us a step (estimated) {}, more than the {} us "

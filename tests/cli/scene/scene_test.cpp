@@ -341,8 +341,12 @@ TEST(Scene, AnImpossibleWishIsRefusedWithItsLine) {
   const TemporaryFolder folder;
   const std::string pair = body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"");
   expect_scene_refused(folder, "[wishes]\n\nmemory = \"1kB\"\n" + pair, "scene.toml:3: the assets would take");
+  for (const auto& [memory, text] :
+       {std::pair("20B", "more than the 20 B wished"), std::pair("999.96kB", "more than the 1 MB wished")})
+    expect_scene_refused(folder, std::string("[wishes]\nmemory = \"") + memory + "\"\n" + pair, text);
   expect_scene_refused(folder, "[wishes]\nerror = \"0.05mm\"\nmemory = \"2MB\"\n" + pair, "scene.toml:3: the assets");
   expect_scene_refused(folder, "[wishes]\nerror = \"0.01um\"\n" + pair, "scene.toml:2: an error of 0.01 um cannot be");
+  expect_scene_refused(folder, "[wishes]\nerror = \"10um\"\n" + pair, "choose larger voxels\n");
   expect_scene_refused(folder, "[wishes]\ntime_budget = \"2us\"\n" + pair, "scene.toml:2: contacts would take");
   // The two numbers differ, however near they are.
   const std::string stated = body("bolt", "bolt", "type = \"static\"\nvoxel = \"1mm\"") +
@@ -355,6 +359,13 @@ TEST(Scene, AnImpossibleWishIsRefusedWithItsLine) {
   std::smatch both;
   ASSERT_TRUE(std::regex_search(why, both, numbers)) << why;
   EXPECT_NE(both[1], both[2]) << why;
+  const std::size_t bytes = plan(folder, stated)["planned"]["bytes"];
+  write_file(folder / "scene.toml", fmt::format("[wishes]\nmemory = \"{}B\"\n", bytes - 1) + stated);
+  const std::string memory = vpsbake(folder, "scene scene.toml --dry-run").err;
+  const std::regex sizes("would take ([0-9.]+) ([kM]?B) of memory .* more than the ([0-9.]+) ([kM]?B) wished");
+  ASSERT_TRUE(std::regex_search(memory, both, sizes)) << memory;
+  EXPECT_NE(both[1], both[3]) << memory;
+  EXPECT_EQ(both[2], both[4]) << memory;
   expect_scene_refused(folder, "[wishes]\nerror = \"0.1mm\"\n" + body("a", "nut", "type = \"static\"\nvoxel = \"1mm\""),
                        "scene.toml:5: voxels of 1 mm are coarser");
 }
