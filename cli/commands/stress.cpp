@@ -23,6 +23,7 @@
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/junit.h"
+#include "cli/tools/most_mass.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/utf8.h"
@@ -290,8 +291,6 @@ Command add_stress_command(CLI::App& app) {
   add_text_option(
       *stress, "--mass",
       [&a](const std::string& text) {
-        // From 1.452e7 kg on the solver takes a body's inverse mass for 0 and lets it fall through others.
-        constexpr double kMostMass = 1.4e7;
         a.mass = parse_mass(text);
         if (!(a.mass >= 1e-9 && a.mass <= kMostMass))
           throw CLI::ValidationError("--mass takes 1e-9kg to 1.4e7kg, not '" + text +

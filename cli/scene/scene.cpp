@@ -14,6 +14,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "cli/tools/differing_numbers.h"
+#include "cli/tools/most_mass.h"
 #include "formats/scene_manifest.h"
 
 namespace vps::cli {
@@ -137,11 +139,22 @@ void check_mass(const SceneBody& body) {
   require(solver.eigenvalues().minCoeff() >= scene_manifest::kLeastInertia, "inertia");
 }
 
+// Heavier bodies would be written, but would fall through others.
+void refuse_too_heavy(const SceneBody& body) {
+  if (body.motion == Motion::dynamic && body.mass > kMostMass) {
+    const auto [mass, most] = differing_numbers(body.mass, kMostMass, 3);
+    throw SceneError(body.place, fmt::format("'{}' has {} kg: Bullet's solver takes bodies of more than {} kg for "
+                                             "static, and they fall through others; make it lighter",
+                                             body.name, mass, most));
+  }
+}
+
 void check_body(const SceneBody& body) {
   const auto require = [&](bool sound, const std::string& reason) {
     if (!sound) throw SceneError(body.place, reason);
   };
   check_name(body.name, "body", body.place);
+  refuse_too_heavy(body);
   const bool is_dynamic = body.motion == Motion::dynamic;
   require(in_reach(body.pose.position) && in_reach(body.velocity) && (!is_dynamic || is_size(body.mass)),
           fmt::format("a number of '{}' is beyond 1e9, or its mass below 1e-9 kg", body.name));
@@ -171,6 +184,7 @@ void check_ranges(const Scene& scene) {
   for (const SceneBody& body : scene.bodies) check_body(body);
   for (const SceneBody& link : scene.links) {
     check_name(link.name, "link", link.place);
+    refuse_too_heavy(link);
     check_mass(link);
   }
   for (const SceneJoint& joint : scene.joints) {

@@ -388,6 +388,8 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, body("a", "nut", "type = \"dynamic\""), "scene.toml:1: body 'a' is dynamic and needs");
   expect_scene_refused(folder, body("a", "nut", ""), "scene.toml:1: body 'a' needs type");
   expect_scene_refused(folder, body("a", "nut", "mass = \"0kg\""), "scene.toml:4: mass: 0kg is not a positive mass");
+  expect_scene_refused(folder, body("a", "nut", "mass = \"14001t\""),
+                       "scene.toml:1: 'a' has 1.4001e+07 kg: Bullet's solver takes bodies of more than 1.4e+07 kg");
   expect_scene_refused(folder, body("a", "nut", "mass = 1"), "scene.toml:4: mass is a text, in quotes, with a unit");
   expect_scene_refused(folder, body("a", "nut", "mass = \"1\""), "scene.toml:4: mass: a mass needs a unit");
   expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\"]\n", "scene.toml:5: position is a list of three");

@@ -196,7 +196,7 @@ TEST(Urdf, WhatNoManifestCanHoldIsRefused) {
     expect_refusal(folder, "scene r.urdf --dry-run", kBad, why);
   };
   expect_refused("ixx=\"0.2\"", "ixx=\"1e10\"", "r.urdf:5: the inertia of 'ram' is out of range");
-  expect_refused("<mass value=\"3\"", "<mass value=\"1e10\"", "r.urdf:5: a number of 'ram' is beyond 1e9");
+  expect_refused("<mass value=\"3\"", "<mass value=\"1e10\"", "r.urdf:5: 'ram' has 1e+10 kg");
   expect_refused("<joint name=\"d\"", "<joint name=\"" + std::string(1025, 'd') + "\"",
                  "r.urdf:16: a joint's name is longer than 1024 bytes");
   const std::string finger = "<collision><geometry><sphere radius=\"0.01\"/></geometry></collision>\n  ";
