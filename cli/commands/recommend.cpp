@@ -227,7 +227,7 @@ Command add_recommend_command(CLI::App& app) {
       ->group("Output");
   recommend->footer(
       "With --max-error: the fastest steps within the limits, and of equally fast settings the smallest file. Without: "
-      "the smallest error.\n"
+      "the smallest error of 64 to 256 voxels along the longest side.\n"
       "A setting that misses contacts deeper than its own error or half of --max-error is never recommended.\n"
       "Exits with 3 when no setting keeps within the limits, and says which is nearest.\n"
       "Example: vpsbake recommend gear.stl --unit mm --max-error 0.1mm --max-time 50us");
