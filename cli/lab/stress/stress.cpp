@@ -50,7 +50,7 @@ std::vector<std::vector<double>> settings(const std::vector<Axis>& axes) {
 std::string missing(const Case& asked, const Subject& subject) {
   if (!subject.asset->has_pointshell()) return "the asset has no pointshell";
   if (asked.needs == Requirement::both && !subject.asset->has_voxelmap()) return "the asset has no voxelmap";
-  if (asked.needs == Requirement::mesh && !subject.mesh) return kNoMesh;
+  if (asked.needs == Requirement::mesh && !subject.mesh) return why_no_mesh(*subject.asset);
   return "";
 }
 
@@ -83,6 +83,12 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
 }
 
 }  // namespace
+
+const char* why_no_mesh(const Asset& asset) {
+  return asset.has_voxelmap() ? "an asset holds no mesh, and this one's walls are too thin for its voxels to make one "
+                                "of its field; give it with --mesh"
+                              : "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
+}
 
 const char* describe(Verdict verdict) {
   switch (verdict) {

@@ -88,8 +88,8 @@ struct PeerMesh {
 /// minutes.
 inline constexpr std::size_t kMostTriangles = 5000;
 
-inline constexpr const char* kNoMesh =
-    "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
+/// Why there is no surface for other libraries' shapes and other sizes, where no mesh was given.
+[[nodiscard]] const char* why_no_mesh(const Asset& asset);
 
 struct SubjectOptions {
   double mass = 1;                      ///< [Limits: value > 0] [Units: kg]

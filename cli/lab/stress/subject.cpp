@@ -87,7 +87,7 @@ const PeerMesh* light_mesh(const SubjectOptions& options) {
 
 Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   const PeerMesh* const mesh = !options.cache.empty() && options.mesh ? &*options.mesh : light_mesh(options);
-  if (mesh == nullptr) return absent("hacd", kNoMesh);
+  if (mesh == nullptr) return absent("hacd", why_no_mesh(*subject.asset));
   const bool takes_minutes = mesh->mesh.triangles.size() > 2 * kMostTriangles;
   if (options.cache.empty() && takes_minutes)
     return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
@@ -122,7 +122,7 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
 
 Column gimpact_column(const Subject& subject, const SubjectOptions& options) {
   const PeerMesh* const mesh = light_mesh(options);
-  if (mesh == nullptr) return absent("gimpact", kNoMesh);
+  if (mesh == nullptr) return absent("gimpact", why_no_mesh(*subject.asset));
   const TriangleMesh body = lab::centred(mesh->mesh, *subject.asset);
   Column column = peer_column("gimpact", subject, mesh->from, [body](double scale, double margin) {
     return lab::gimpact_of({scaled(body.vertices, scale), body.triangles}, margin);

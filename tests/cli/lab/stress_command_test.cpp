@@ -51,6 +51,17 @@ TEST(StressCommand, ABodyThrownThroughAWallEndsWith5WhereThatCounts) {
   EXPECT_NE(read_file(folder / "j.xml").find("failures=\"1\""), std::string::npos);
 }
 
+TEST(StressCommand, AMeshThatCannotBeMadeOfAThinPlateIsSkippedWithItsReason) {
+  const TemporaryFolder folder;
+  for (const std::string parts : {"", " --parts pointshell"}) {
+    ASSERT_EQ(vpsbake(folder, sample("thin_plate") + " --voxel 2mm -o plate.vps.hdf" + parts).code, 0);
+    const Outcome run = vpsbake(folder, "stress plate.vps.hdf --cases 'size_*' --without hull,hacd,gimpact");
+    const char* const reason = parts.empty() ? "this one's walls are too thin for its voxels" : "this one no voxelmap";
+    EXPECT_NE(run.out.find(std::string("ours skipped (an asset holds no mesh, and ") + reason), std::string::npos)
+        << run.out;
+  }
+}
+
 TEST(StressCommand, TheSameRunTwiceGivesTheSameNumbers) {
   const TemporaryFolder folder;
   bake_gear(folder);
