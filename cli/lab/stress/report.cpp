@@ -40,7 +40,8 @@ std::string limit_text(const Trial& trial) {
 std::string value_text(const Case& asked, const Trial& trial) {
   if (!std::isfinite(trial.value)) return trial.remark;
   // The number is within its limit, so only the remark says why the trial is broken.
-  if (trial.verdict == Verdict::broken && trial.value <= trial.limit && trial.value >= trial.least) return trial.remark;
+  const bool breaks = trial.verdict == Verdict::broken || trial.verdict == Verdict::solver;
+  if (breaks && trial.value <= trial.limit && trial.value >= trial.least) return trial.remark;
   if (trial.value < 0 && !asked.below_zero.empty()) {
     return fmt::format("{} {}, limit {}", with_unit(fmt::format("{:.3g}", -trial.value), asked.unit), asked.below_zero,
                        with_unit(limit_text(trial), asked.unit));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vps::stress {
 namespace {
@@ -20,6 +21,11 @@ double utilisation(const Trial& trial) {
   double below = 0;
   if (trial.least > 0) below = trial.value > 0 ? trial.least / trial.value : std::numeric_limits<double>::infinity();
   return std::max(above, below);
+}
+
+// Larger for worse verdicts; smallest where nothing was run.
+int severity(const Trial& trial) {
+  return trial.verdict == Verdict::skipped ? -1 : int(trial.verdict);
 }
 
 std::vector<Axis> axes_of(const Case& asked, Effort effort) {
@@ -74,7 +80,8 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
   }
   for (std::size_t i = 0; i < out.trials.size(); ++i) {
     const Trial& trial = out.trials[i];
-    if (utilisation(trial) > utilisation(out.trials[out.worst])) out.worst = i;
+    const Trial& worst = out.trials[out.worst];
+    if (std::pair(severity(trial), utilisation(trial)) > std::pair(severity(worst), utilisation(worst))) out.worst = i;
     // The worst verdict of the trials that were run.
     const bool first = out.verdict == Verdict::skipped;
     if (trial.verdict != Verdict::skipped && (first || trial.verdict > out.verdict)) out.verdict = trial.verdict;

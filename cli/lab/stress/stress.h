@@ -181,7 +181,7 @@ struct Outcome {
   bool ours = false;
   bool promised = false;  ///< whether the limit is stated for this column
   Verdict verdict = Verdict::skipped;
-  std::size_t worst = 0;  ///< the trial that is nearest to its limit or farthest beyond it
+  std::size_t worst = 0;  ///< of the trials with this verdict the nearest to its limit or farthest beyond it
   std::vector<Trial> trials;
 };
 

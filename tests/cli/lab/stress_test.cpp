@@ -260,6 +260,20 @@ TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
   EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
 }
 
+TEST(Stress, TheNumberBesideAVerdictIsOfATrialThatHasIt) {
+  Case one;
+  one.axes = {{"trial", "", {0, 1, 2}, {}}};
+  const CaseResult result = run_alone(one, [](const Subject&, const Column&, std::span<const double> at) {
+    Trial trial;
+    judge(trial, 2 - at[0], 1);
+    if (at[0] == 0) trial.verdict = Verdict::solver;  // farthest beyond its limit
+    if (at[0] == 2) trial.verdict = Verdict::broken;  // by another limit
+    return trial;
+  });
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::broken);
+  EXPECT_EQ(result.outcomes[0].worst, 2U);
+}
+
 TEST(Stress, AStackThatFallsIsTheSolversOnlyWhereBulletsBoxesStandHardlyLonger) {
   const auto verdict = [](double seconds, double of_boxes) {
     Trial trial;
