@@ -55,32 +55,58 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
   return trial;
 }
 
-Trial deep_overlap(const Subject& subject, const Column& column, double share) {
-  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  const double depth = share * subject.size;
+struct Emergence {
+  double gained = 0;  // most energy above the first. [m g depth]
+  double left = 0;    // depth at the end. [vx]
+  std::vector<double> trace;
+};
+
+// Starts a body of the column in a slab. @return false when a value is not finite
+bool emerge(Arena& arena, const Subject& subject, const Column& column, double depth, Emergence& out) {
   const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
-  Arena arena(subject, {column.detection});
   arena.add(subject.props->box(column, half, Props::Role::still), 0,
             btTransform(btQuaternion::getIdentity(), btVector3(0, 0, -half.z())));
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, -depth));
   constexpr long kSteps = 10 * long(kRate);
   Trace trace(kSteps);
-  double gained = 0;
   const double first = arena.energy();
   for (long i = 0; i < kSteps; ++i) {
-    if (!arena.step(1 / kRate)) return broken(arena);
-    keep_largest(gained, arena.energy() - first);
+    if (!arena.step(1 / kRate)) return false;
+    keep_largest(out.gained, (arena.energy() - first) / (subject.mass * kGravity * depth));
     trace.add(lowest(body, column.corners) / subject.voxel);
   }
-  const double left = -lowest(body, column.corners);
+  out.left = -lowest(body, column.corners) / subject.voxel;
+  out.trace = trace.values;
+  return true;
+}
+
+Trial deep_overlap(const Subject& subject, const Column& column, double share) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  constexpr double kMostGained = 2;  // [m g depth]
+  constexpr double kMostLeft = 2;    // [vx]
+  const double depth = share * subject.size;
+  Emergence measured;
+  Arena arena(subject, {column.detection});
+  if (!emerge(arena, subject, column, depth, measured)) return broken(arena);
   Trial trial;
-  trial.trace = trace.values;
-  trial.remark = fmt::format("starts {:.3g} voxels deep, ends {:.2g}", depth / subject.voxel, left / subject.voxel);
-  judge(trial, gained / (subject.mass * kGravity * depth), 2);
-  if (left > 2 * subject.voxel) {
+  trial.trace = measured.trace;
+  trial.remark = fmt::format("starts {:.3g} voxels deep, ends {:.2g}", depth / subject.voxel, measured.left);
+  judge(trial, measured.gained, kMostGained);
+  const bool stays = measured.left > kMostLeft;
+  if (stays) {
     trial.verdict = Verdict::broken;
     trial.remark += ": does not leave";
   }
+  if (trial.verdict == Verdict::held || !has_control(subject, column)) return trial;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  Emergence hull;
+  Arena control(subject, {});
+  if (!emerge(control, subject, subject.hull, depth, hull)) hull.gained = hull.left = kNone;
+  trial.remark +=
+      fmt::format("; Bullet's hull gains {:.3g} m g depth and ends {:.2g} voxels deep", hull.gained, hull.left);
+  // Each limit that is broken has to be broken by the hull, too.
+  const bool gain_as_hull = measured.gained <= kMostGained || is_as_bullets(measured.gained, kMostGained, hull.gained);
+  if (gain_as_hull && (!stays || is_as_bullets(measured.left, kMostLeft, hull.left))) trial.verdict = Verdict::solver;
   return trial;
 }
 
@@ -182,7 +208,8 @@ void add_impact_cases(std::vector<Case>& cases) {
       .quantity = "energy gained",
       .unit = "m g depth",
       .limit = "2 m g depth, and out to 2 vx in the end",
-      .limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap.",
+      .limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap. " +
+                    std::string(kHullControl),
       .axes = {{"overlap", "of the length", {0.01, 0.03, 0.1, 0.3}, {0.03, 0.3}}},
       .trace = "lowest point above the slab, in voxels",
       .run = [](const Subject& subject, const Column& column,

@@ -105,18 +105,28 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio, dou
   Pile boxes;
   Arena control(subject, {});
   const bool finite = pile(control, box_of(body), slab_of(bullets), options, boxes);
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const auto worst = [&](const Pile& one) { return std::max(one.between, one.below) / subject.voxel; };
+  const double of_boxes = finite ? worst(boxes) : kNone;
   Pile measured;
   Arena arena(subject, {column.detection});
   if (!pile(arena, body, slab_of(column), options, measured)) return broken(arena);
   Trial trial;
   trial.trace = measured.trace;
   for (double& gap : trial.trace) gap /= subject.voxel;
-  const double of_boxes =
-      finite ? std::max(boxes.between, boxes.below) / subject.voxel : std::numeric_limits<double>::quiet_NaN();
   trial.remark = fmt::format("between the two {:.2g}, slab and plane {:.2g}; Bullet's boxes {:.2g} vx",
                              measured.between / subject.voxel, measured.below / subject.voxel, of_boxes);
   if (measured.left) trial.remark = "walks off the slab; " + trial.remark;
-  judge_beside(trial, std::max(measured.between, measured.below) / subject.voxel, 1, of_boxes);
+  constexpr double kLimit = 1;  // [vx]
+  judge_beside(trial, worst(measured), kLimit, of_boxes);
+  if (trial.verdict != Verdict::broken || !has_control(subject, column)) return trial;
+  // A box may hold where the body's own hull does not, as one that rolls.
+  const Standing as_hull{subject.hull.body, subject.hull.corners, body.rotation};
+  Pile hull;
+  Arena beside(subject, {});
+  const double of_hull = pile(beside, as_hull, slab_of(bullets), options, hull) ? worst(hull) : kNone;
+  trial.remark += fmt::format(", its hull {:.2g} vx", of_hull);
+  judge_beside(trial, worst(measured), kLimit, of_hull);
   return trial;
 }
 
@@ -261,8 +271,8 @@ StackBody stack_body(const Subject& subject, const Column& column) {
 
 void add_pile_cases(std::vector<Case>& cases) {
   const std::string solver =
-      "Where boxes of Bullet's own, of the same size, break it too and are less than 1.5 times better, the verdict is "
-      "`solver`: Bullet's solver needs more iterations than it is given.";
+      "Where a box of Bullet's own, of the same size, or its hull of the body breaks it too and is less than 1.5 times "
+      "better, the verdict is `solver`.";
   cases.push_back({
       .name = "mass_ratio",
       .family = "piles",

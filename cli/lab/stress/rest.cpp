@@ -64,15 +64,23 @@ Trial rest_depth(const Subject& subject, const Column& column, double rate) {
   return trial;
 }
 
-// Judges the kinetic energy over the energy that lifts the body by a voxel.
-void judge_jitter(const Subject& subject, const Rest& rest, Trial& trial) {
-  judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+constexpr double kMostJitter = 0.1;  // [m g vx]
+
+// Kinetic energy over the energy that lifts the body by a voxel; NaN where the run ended in one.
+double jitter(const Subject& subject, const Rest& rest) {
+  if (!rest.failure.empty()) return std::numeric_limits<double>::quiet_NaN();
+  return rest.kinetic / (subject.mass * kGravity * subject.voxel);
 }
 
 Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
   const Rest& rest = rest_on_plane(subject, column, rate);
   Trial trial = trial_of(rest, subject.voxel);
-  if (rest.failure.empty()) judge_jitter(subject, rest, trial);
+  if (!rest.failure.empty()) return trial;
+  judge(trial, jitter(subject, rest), kMostJitter);
+  if (trial.verdict == Verdict::held || !has_control(subject, column)) return trial;
+  const double of_hull = jitter(subject, rest_on_plane(subject, subject.hull, rate));
+  judge_beside(trial, trial.value, kMostJitter, of_hull);
+  trial.remark = fmt::format("Bullet's hull {:.3g} m g vx", of_hull);
   return trial;
 }
 
@@ -103,7 +111,7 @@ Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   Trial trial = trial_of(rest, subject.voxel);
   if (!rest.failure.empty()) return trial;
   trial.remark = fmt::format("{:.2g} voxels from the faces", rest.off / subject.voxel);
-  judge_jitter(subject, rest, trial);
+  judge(trial, jitter(subject, rest), kMostJitter);
   if (rest.off > 2 * subject.voxel) trial.verdict = Verdict::broken;
   return trial;
 }
@@ -156,7 +164,8 @@ void add_rest_cases(std::vector<Case>& cases) {
       .unit = "m g vx",
       .limit = "0.1 m g vx",
       .limit_from =
-          "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.",
+          "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance. " +
+          std::string(kHullControl),
       .axes = {rates},
       .trace = "lowest point above the ground, in voxels",
       .run = [](const Subject& subject, const Column& column,

@@ -8,8 +8,8 @@
 namespace vps::stress {
 namespace {
 
-// The solver explains a value that is at most this many times as bad as that of Bullet's own boxes.
-constexpr double kAsBoxes = 1.5;
+// The solver explains a value that is at most this many times as bad as that of Bullet's own boxes or hull.
+constexpr double kAsBullets = 1.5;
 
 // How near a trial is to its limit; 1: at the limit.
 double utilisation(const Trial& trial) {
@@ -119,17 +119,20 @@ void judge(Trial& trial, double value, double limit) {
   trial.verdict = value <= limit && value >= trial.least ? Verdict::held : Verdict::broken;
 }
 
-void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
+bool is_as_bullets(double value, double limit, double of_bullets) {
+  return std::isfinite(value) ? !(of_bullets <= limit) && !(value > kAsBullets * of_bullets)
+                              : !std::isfinite(of_bullets);
+}
+
+void judge_beside(Trial& trial, double value, double limit, double of_bullets) {
   judge(trial, value, limit);
-  const bool as_boxes =
-      std::isfinite(value) ? !(of_boxes <= limit) && !(value > kAsBoxes * of_boxes) : !std::isfinite(of_boxes);
-  if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
+  if (trial.verdict == Verdict::broken && is_as_bullets(value, limit, of_bullets)) trial.verdict = Verdict::solver;
 }
 
 void judge_standing(Trial& trial, double seconds, double asked, double of_boxes) {
   trial.least = asked;
   judge(trial, seconds, std::numeric_limits<double>::infinity());
-  const bool as_boxes = of_boxes < asked && seconds * kAsBoxes >= of_boxes;
+  const bool as_boxes = of_boxes < asked && seconds * kAsBullets >= of_boxes;
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 

@@ -25,7 +25,7 @@ namespace vps::stress {
 
 enum class Verdict : std::uint8_t {
   held,
-  solver,   ///< the limit is not held, nor by boxes of Bullet's own in the same place; they are within 1.5 times
+  solver,   ///< the limit is not held, nor by a box or hull of Bullet's own in the same place; it is within 1.5 times
   broken,   ///< the limit is not held
   shown,    ///< only of a case: it was run, but in no column that counts
   skipped,  ///< not run: the remark says why
@@ -124,6 +124,7 @@ struct Subject {
   std::optional<TriangleMesh> mesh;  ///< about the centre of mass
   std::vector<btVector3> corners;    ///< of the convex hull of the shell's points, body frame. [m]
   std::vector<Column> columns;
+  Column hull;  ///< Bullet's hull of the asset, the control of some cases; without a shape where there is none
   std::shared_ptr<Props> props;
   std::shared_ptr<Rests> rests = std::make_shared<Rests>();
 };
@@ -213,9 +214,11 @@ enum class Strictness : std::uint8_t {
 
 /// Sets value, limit and verdict. A NaN is broken.
 void judge(Trial& trial, double value, double limit);
-/// Judges beside the value that Bullet's own boxes have in place of the body. The verdict is `solver` where that breaks
-/// the limit too, unless `value` is more than 1.5 times as large.
-void judge_beside(Trial& trial, double value, double limit, double of_boxes);
+/// Judges beside the value that Bullet's own boxes or hull have in place of the body. The verdict is `solver` where
+/// that breaks the limit too, unless `value` is more than 1.5 times as large.
+void judge_beside(Trial& trial, double value, double limit, double of_bullets);
+/// Whether a value beyond its limit is at most 1.5 times that of Bullet's own shape, which breaks the limit too.
+[[nodiscard]] bool is_as_bullets(double value, double limit, double of_bullets);
 /// Judges bodies that stay up for `seconds` of the wanted time `asked`. Bullet's own boxes stay up for `of_boxes`. The
 /// verdict is `solver` where the boxes fall too, after at most 1.5 times as long.
 void judge_standing(Trial& trial, double seconds, double asked, double of_boxes);

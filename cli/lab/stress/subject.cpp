@@ -230,7 +230,8 @@ Subject make_subject(std::string name, std::shared_ptr<const Asset> asset, Subje
     column.corners = subject.corners;
     if (wanted(column.name.c_str())) subject.columns.push_back(std::move(column));
   }
-  if (wanted("hull")) subject.columns.push_back(hull_column(subject, options));
+  subject.hull = hull_column(subject, options);
+  if (wanted("hull")) subject.columns.push_back(subject.hull);
   if (wanted("hacd")) subject.columns.push_back(hacd_column(subject, options));
   if (wanted("gimpact")) subject.columns.push_back(gimpact_column(subject, options));
   return subject;

@@ -117,6 +117,13 @@ struct StackBody {
 /// project's columns, Bullet's box in the others.
 [[nodiscard]] StackBody stack_body(const Subject& subject, const Column& column);
 
+/// Whether Bullet's own hull can be measured beside the column. It is no control of itself.
+[[nodiscard]] inline bool has_control(const Subject& subject, const Column& column) {
+  return subject.hull.body.shape != nullptr && column.name != subject.hull.name;
+}
+inline constexpr const char* kHullControl =
+    "The verdict is `solver` where Bullet's own hull of the body breaks it too and is less than 1.5 times better.";
+
 inline constexpr const char* kTooManyTriangles =
     "GImpact takes tens of milliseconds a step with more than 5,000 triangles";
 

@@ -201,6 +201,33 @@ TEST(Stress, ADropIsPlayedOnceAndJudgedTwice) {
   EXPECT_EQ(jitter.outcomes[0].trials[0].trace, depth.outcomes[0].trials[0].trace);
 }
 
+// The box without collisions: it falls through everything.
+void let_fall(Column& column) {
+  column.body = {{}, std::make_shared<btEmptyShape>()};
+}
+
+// The box is what breaks the limit, so that Bullet's own hull decides the verdict.
+TEST(Stress, TheSolverIsToBlameWhereBulletsHullOfTheBodyBreaksTheLimitToo) {
+  Subject subject = box();
+  subject.columns.resize(1);
+  let_fall(subject.columns[0]);
+  for (const char* const name : {"rest_jitter", "deep_overlap", "mass_ratio"}) {
+    Subject one = subject;
+    one.rests = std::make_shared<Rests>();
+    const CaseResult beside_hull = run_case(find(name), one, Effort::quick);
+    EXPECT_EQ(beside_hull.outcomes[0].verdict, Verdict::broken) << to_line(beside_hull, Strictness::promised);
+    one.rests = std::make_shared<Rests>();
+    let_fall(one.hull);
+    const CaseResult as_hull = run_case(find(name), one, Effort::quick);
+    EXPECT_EQ(as_hull.outcomes[0].verdict, Verdict::solver) << to_line(as_hull, Strictness::promised);
+    EXPECT_NE(as_hull.outcomes[0].trials[0].remark.find("hull"), std::string::npos) << name;
+    // The hull is no control of itself.
+    one.columns[0].name = "hull";
+    one.rests = std::make_shared<Rests>();
+    EXPECT_EQ(run_case(find(name), one, Effort::quick).outcomes[0].verdict, Verdict::broken) << name;
+  }
+}
+
 TEST(Stress, EverySeedDisturbsInItsOwnWay) {
   PressedBody::LoopOptions options;
   options.step = 1e-3;
