@@ -10,15 +10,20 @@ namespace {
 
 constexpr float kRolls = 0.05F;  // turn of a body that may be rolling. [rad]
 
-// The places of a pair that has not moved since.
+// Whether the places of a pair are known: it has not moved since. Along a face those that stayed may move, for their
+// shifts have no direction.
+bool are_known(const StepPair& pair, const PairMemory& of_pair) {
+  const SlideMemory& memory = of_pair.slides;
+  const auto has_stayed = [](const Slid& slid) { return slid.slide == Slide::stayed; };
+  const bool have_stayed = std::all_of(memory.slid.begin(), memory.slid.end(), has_stayed);
+  return have_stayed ? stands_still(pair, of_pair.face, memory.stand) : stands_still(pair, memory.stand);
+}
+
+// The known places of a pair.
 std::vector<Slid>* recalled(const StepPair& pair, std::uint64_t sheet, PairMemory& of_pair) {
   if (!of_pair.is_lasting) return nullptr;
   SlideMemory& memory = of_pair.slides;
-  // Along a plane contacts that stayed may move: their shifts have no direction.
-  const auto has_stayed = [](const Slid& slid) { return slid.slide == Slide::stayed; };
-  const bool have_stayed = std::all_of(memory.slid.begin(), memory.slid.end(), has_stayed);
-  const bool stands = have_stayed ? stands_still(pair, of_pair.face, memory.stand) : stands_still(pair, memory.stand);
-  if (memory.sheet != sheet || !stands) {
+  if (memory.sheet != sheet || !are_known(pair, of_pair)) {
     memory.slid.clear();
     memory.stand = pair.shell_to_field;
     memory.sheet = sheet;
@@ -48,7 +53,7 @@ bool are_refined(const StepPair& pair, const Partner& partner, const FoundContac
                  std::span<ManifoldContact> contacts) {
   const SlideMemory& slides = memory.slides;
   if (!found.are_known || found.way > 0 || partner.map() == nullptr || !slide(pair, partner)) return false;
-  if (!memory.is_lasting || !stands_still(pair, slides.stand)) return false;
+  if (!memory.is_lasting || !are_known(pair, memory)) return false;
   const auto deepest = std::max_element(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
     return a.penetration < b.penetration;
   });

@@ -4,15 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include "runtime/contacts/refine_contacts.h"
-#include "runtime/contacts/traverse/traverse_query.h"
-#include "runtime/fields/analytic_fields.h"
-#include "runtime/fields/region_bound.h"
+#include "runtime/contacts/wide_face.h"
 
 namespace vps::detail {
 namespace {
@@ -45,8 +41,6 @@ constexpr double kCarried_vx = 0.05;
 constexpr double kSlides_vx = 0.5;
 // A body that slides tips less than this in a step, one that rolls turns more. [vx]
 constexpr float kTips_vx = 0.25F;
-// A baked surface with bounds that are closer to it is a face: no place of it is higher than those in contact.
-constexpr float kFlat_vx = 0.05F;
 constexpr float kOneFace = 1 - 5e-7F;  // cosine between normals: a thousandth of a radian
 
 // Steps that a pair keeps its contacts of segments after its last long fall, for those whose steps differ in length.
@@ -65,48 +59,12 @@ bool falls_far(const StepPair& pair, PairMemory& memory) {
   return memory.falls_far > 0;
 }
 
-// The outward normal of a plane, of the face of a box that is wider than the shell, or of a baked surface that is flat
-// around it. Field's frame. Else nothing.
-// @param most  above the bounds of a map's cells. [vx]
-std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, float distance, float most,
-                              ContactCache& cache) {
-  if (partner.sheet != nullptr || pair.shell.points == 0) return {};
-  return partner.field.visit([&](const auto& field) -> std::optional<Vec3> {
-    using Kind = std::remove_cvref_t<decltype(field)>;
-    if constexpr (std::is_same_v<Kind, HalfSpaceField>) return field.outward_normal;
-    if constexpr (std::is_same_v<Kind, BoxField>) {
-      if (const auto faces = faces_near(field, pair.shell, pair.shell_to_field)) return faces->upper.outward_normal;
-    }
-    if constexpr (std::is_same_v<Kind, VoxelmapView>) {
-      if (field.field != Field::scaled || field.planes == nullptr) return {};
-      const Frame frame = voxel_frame(field);
-      const auto unit = static_cast<float>(frame.unit);
-      const Vec3 at = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
-      const float centre[3] = {(at.x - static_cast<float>(frame.origin[0])) / unit,
-                               (at.y - static_cast<float>(frame.origin[1])) / unit,
-                               (at.z - static_cast<float>(frame.origin[2])) / unit};
-      const RegionBound before = cache.region;
-      const std::uint64_t before_field = cache.region_field;
-      keep_region(field, field_id(field), centre, sphere_radius(pair.shell, 0) / unit, distance / unit, cache);
-      const float* const s = cache.region.slope;
-      const Vec3 inward{s[0], s[1], s[2]};
-      if (cache.region.is_tight && cache.region.slack <= most) return (-1 / length(inward)) * inward;
-      // A query for contacts needs a smaller box only.
-      if (before.is_tight && !cache.region.is_tight) {
-        cache.region = before;
-        cache.region_field = before_field;
-      }
-    }
-    return {};
-  });
-}
-
 // What stood along another face may have come closer to this one.
 void keep_face(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
   // A map's region costs more than its face saves, unless the body slides.
   const bool is_sought = partner.map() == nullptr || memory.slides_along || (memory.touched && memory.face);
   const std::optional<Vec3> face =
-      is_sought ? wide_face(pair, partner, distance, kFlat_vx, memory.cache) : std::optional<Vec3>();
+      is_sought ? wide_face(pair, partner, distance, FaceIs::flat, memory.cache) : std::nullopt;
   if (face.has_value() == memory.face.has_value() && (!face || dot(*face, *memory.face) > kOneFace)) return;
   memory.face = face;
   memory.now = memory.choice.stand = memory.slides.stand = {};
@@ -120,7 +78,7 @@ bool slides_along(const StepPair& pair, const Partner& partner, float distance, 
   const float fall = length(body.fall - ground.fall);
   if (fall > kLongFall_vx * voxel || dot(ground.turn, ground.turn) > 0) return false;
   const std::optional<Vec3> face =
-      memory.face ? memory.face : wide_face(pair, partner, distance, std::numeric_limits<float>::max(), memory.cache);
+      memory.face ? memory.face : wide_face(pair, partner, distance, FaceIs::even, memory.cache);
   if (!face) return false;
   const Vec3 normal = Transform(pair.field_pose).rotate(*face);
   const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
@@ -280,13 +238,19 @@ double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept {
   return distance < kFarthest ? distance - taken : 0;
 }
 
-Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
+Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQuery& query, PairMemory& memory,
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;
   const bool needs_many = falls_far(pair, memory);
-  keep_face(pair, partner, query.distance + pair.margin + approach.way, memory);
-  memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
+  const float farthest = query.distance + pair.margin + approach.way;
+  keep_face(pair, whole, farthest, memory);
+  memory.is_carried = !needs_many && is_carried(pair, whole, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
+  // Flat baked ground is a plane for what lands on it.
+  const bool may_land = way > 0 && !approach.is_joint;
+  const std::optional<HalfSpaceField> ground =
+      may_land ? flat_ground(pair, whole, farthest, memory.cache) : std::nullopt;
+  const Partner partner = ground ? Partner{*ground, nullptr, nullptr, {}, whole.radius} : whole;
   const Stand before = memory.touched ? Stand() : memory.now;
   memory.now = pair.shell_to_field;
   memory.touched = false;
@@ -312,7 +276,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
   }
   if (way > 0) keep_arriving(pair, partner, found);
   // A pair that stands still is known to have no contacts from its second step on: it seeks its gap once.
-  const bool seeks_gap = !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
+  const bool seeks_gap =
+      !ground && !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
   if (seeks_gap && found.hits.count == 0 && found.contacts.empty()) {
     remember_gap({pair, partner, query, memory, space}, found, before);
   }

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 #include "tests/runtime/bullet/world.h"
+#include "tests/support/random.h"
 
 namespace vps::test {
 namespace {
@@ -62,6 +64,40 @@ TEST(Sliding, AFlatPartThatStopsKeepsItsContacts) {
       EXPECT_GT(moving, 8);
       EXPECT_LT(moving, 60) << "it stops";
     }
+  }
+}
+
+// Drops a part. @return how deep its points were in the ground at most. [m]
+double depth_of_landing(bullet::Shape& part, btCollisionShape& ground, const std::array<double, 9>& rotation) {
+  World scene;
+  scene.add(ground, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(part, 1, {0, 0, btScalar(kTop + 0.1)});
+  btMatrix3x3 turn;
+  for (int i = 0; i < 9; ++i) turn[i / 3][i % 3] = btScalar(rotation[static_cast<std::size_t>(i)]);
+  body.setWorldTransform(btTransform(turn, body.getWorldTransform().getOrigin()));
+  const PointshellView shell = part.pointshell();
+  double lowest = kTop;
+  for (int i = 0; i < 240; ++i) {
+    scene.step(1);
+    const btTransform frame = body.getWorldTransform() * part.asset_frame();
+    for (std::uint32_t point = 0; point < shell.points; ++point) {
+      const Vec3 p = point_position(shell, point);
+      lowest = std::min(lowest, double((frame * btVector3(p.x, p.y, p.z)).z()));
+    }
+  }
+  return kTop - lowest;
+}
+
+TEST(Sliding, AFlatPartLandsOnFlatBakedGroundAsOnAPlane) {
+  constexpr double kVoxel = 0.001;
+  bullet::Shape part(baked_at(samples::make_gear(), kVoxel));
+  btStaticPlaneShape plane({0, 0, 1}, btScalar(kTop));
+  bullet::Shape baked(baked_at(make_box({0.7, 0.4, kTop}), 0.01));
+  Random random(2);
+  for (int start = 0; start < 6; ++start) {
+    const std::array<double, 9> rotation = random.rotation();
+    const double on_plane = depth_of_landing(part, plane, rotation);
+    EXPECT_LT(depth_of_landing(part, baked, rotation), on_plane + 0.2 * kVoxel) << start;
   }
 }
 

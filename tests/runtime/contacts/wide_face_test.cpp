@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The plane that stands for flat baked ground, against the true distance.
+#include "runtime/contacts/wide_face.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "cli/lab/oracle.h"
+#include "runtime/fields/analytic_fields.h"
+#include "tests/support/baked.h"
+#include "tests/support/poses.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+namespace {
+
+constexpr double kGroundVoxel = 0.004;
+constexpr double kHalf = 0.3, kThick = 0.03;  // half extents of the ground. [m]
+
+struct FlatGround {
+  const char* name;
+  TriangleMesh mesh;
+  int least;  // poses with a plane
+};
+
+std::vector<FlatGround> flat_grounds() {
+  const TriangleMesh slab = make_box({kHalf, kHalf, kThick});
+  const auto slot = [](double x) {  // at x, of one and a half voxels
+    const double left = (kHalf + x - 0.003) / 2;
+    const double right = (kHalf - x - 0.003) / 2;
+    return joined(make_box({left, kHalf, kThick}, {left - kHalf, 0, 0}),
+                  make_box({right, kHalf, kThick}, {kHalf - right, 0, 0}));
+  };
+  const TriangleMesh room = joined(slab, make_box({0.02, kHalf, 0.1}, {-kHalf, 0, 0.1}));
+  const TriangleMesh bump = joined(slab, make_box({0.006, 0.006, 0.002}, {0.05, 0.03, kThick}));
+  return {{"slab", slab, 150},
+          {"slot", slot(0), 50},
+          {"slot in the middle of cells", slot(0.008), 50},
+          {"slot between cells", slot(0.0045), 50},
+          {"wall", room, 100},
+          {"bump of half a voxel", bump, 50},
+          {"torus", make_torus(0.25, 0.06, 60, 30), 0}};
+}
+
+TEST(WideFace, ThePlaneOfFlatGroundHasTheTrueDistances) {
+  bake::BakeOptions options;
+  options.voxel_size = 0.002;
+  const auto ball = baked(make_sphere(0.02, 4), options);
+  PointshellView shell;
+  VoxelmapView distances;
+  ASSERT_EQ(ball->pointshell(shell), Status::ok);
+  ASSERT_EQ(ball->voxelmap(distances), Status::ok);
+  options.voxel_size = kGroundVoxel;
+  for (const FlatGround& ground : flat_grounds()) {
+    const auto asset = baked(ground.mesh, options);
+    VoxelmapView map;
+    ASSERT_EQ(asset->voxelmap(map, Field::scaled), Status::ok);
+    const lab::Oracle oracle(ground.mesh);
+    Random random(11);
+    ContactCache cache;
+    const double allowed = 0.1 * kGroundVoxel + double{map.error} + 1e-5;
+    int found = 0;
+    for (int n = 0; n < 1500; ++n) {
+      Pose pose = random_pose(random, kHalf);
+      pose.translation[2] = kThick + random.between(0.01, 0.06);
+      const double distance = random.between(0, 0.02);
+      const detail::StepPair pair{shell, distances, pose, Pose(), 0.002, 0.002};
+      const auto plane = detail::flat_ground(pair, detail::Partner{map}, static_cast<float>(distance), cache);
+      if (!plane) continue;
+      ++found;
+      for (int k = 0; k < 30; ++k) {
+        // A place on the ball, one that it may move to, and one at the surface below these.
+        const auto point = static_cast<std::uint32_t>(random.between(0, 1) * (shell.points - 1));
+        Vec3 p = detail::Transform(pose).apply(point_position(shell, point));
+        const auto move = [&](double far) {
+          const auto along = [&] { return static_cast<float>(random.between(-far, far) / std::sqrt(3)); };
+          for (float* const x : {&p.x, &p.y, &p.z}) *x += along();
+        };
+        if (k % 3 > 0) move(distance);
+        if (k % 3 > 1) p.z = static_cast<float>(kThick + random.between(0, 0.3) * kGroundVoxel);
+        const auto v = static_cast<double>(detail::value_at(*plane, p));
+        if (v > kGroundVoxel) continue;
+        const double truth = oracle.penetration({p.x, p.y, p.z});
+        ASSERT_GE(truth, v - allowed) << ground.name << ' ' << n;
+        ASSERT_LE(truth, std::max(v + allowed, -8.0 * kGroundVoxel)) << ground.name << ' ' << n;
+      }
+    }
+    EXPECT_GE(found, ground.least) << ground.name;
+    if (ground.least == 0) {
+      EXPECT_EQ(found, 0) << ground.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vps::test
