@@ -246,8 +246,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   keep_face(pair, whole, farthest, memory);
   memory.is_carried = !needs_many && is_carried(pair, whole, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
-  // Flat baked ground is a plane for what lands on it.
-  const bool may_land = way > 0 && !approach.is_joint;
+  // Flat baked ground is a plane for what lands on it. Springs would jump where it takes turns with the map.
+  const bool may_land = way > 0 && !approach.is_joint && !pair.has_springs();
   const std::optional<HalfSpaceField> ground =
       may_land ? flat_ground(pair, whole, farthest, memory.cache) : std::nullopt;
   const Partner partner = ground ? Partner{*ground, nullptr, nullptr, {}, whole.radius} : whole;
