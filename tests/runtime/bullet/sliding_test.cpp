@@ -101,6 +101,28 @@ TEST(Sliding, AFlatPartLandsOnFlatBakedGroundAsOnAPlane) {
   }
 }
 
+// It falls nearly three voxels in a step, so that it always has contacts ahead. Those with the samples of the ground
+// would brake it.
+TEST(Sliding, AFlatPartKeepsItsSpeedOnFlatBakedGroundAtLowRates) {
+  constexpr auto kStep = btScalar(1.0 / 60);
+  bullet::Shape part(baked_at(samples::make_gear(), 0.001));
+  bullet::Shape ground(baked_at(make_box({0.7, 0.4, kTop}), 0.01));
+  for (const double fast : {0.02, 0.1, 0.4}) {
+    for (const double spin : {0.0, 6.0}) {
+      World scene;
+      scene.add(ground, 0, {0, 0, 0});
+      btRigidBody& body = scene.add(part, 1, {btScalar(-0.3), 0, btScalar(kTop + 0.004)});
+      body.setFriction(0);
+      scene.step(12, kStep);
+      body.setLinearVelocity({btScalar(fast), 0, 0});
+      body.setAngularVelocity({0, 0, btScalar(spin)});
+      scene.step(60, kStep);
+      EXPECT_NEAR(body.getLinearVelocity().x(), fast, 1e-3 * fast) << spin << " rad/s";
+      EXPECT_NEAR(body.getAngularVelocity().z(), spin, 1e-3 * spin + 1e-4) << fast << " m/s";
+    }
+  }
+}
+
 // At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
 TEST(Sliding, AWallAheadStopsAFlatPart) {
   bullet::Shape part(brick());
