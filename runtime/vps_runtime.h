@@ -365,8 +365,8 @@ struct RegionBound {
   float low[3] = {}, high[3] = {};  ///< the box, in the field's voxels. [vx]
   float slope[3] = {};              ///< [-]
   float height = 0;                 ///< at the box's middle. [vx]
-  float slack = 0;                  ///< it is above the bounds of cells at the surface by so much, or less. [vx]
-  bool is_tight = false;            ///< false: there is none that would reject enough
+  bool is_bound = false;            ///< false: there is none
+  bool is_tight = false;            ///< false: it would reject little
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body

@@ -60,11 +60,8 @@ bool falls_far(const StepPair& pair, PairMemory& memory) {
 }
 
 // What stood along another face may have come closer to this one.
-void keep_face(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
-  // A map's region costs more than its face saves, unless the body slides.
-  const bool is_sought = partner.map() == nullptr || memory.slides_along || (memory.touched && memory.face);
-  const std::optional<Vec3> face =
-      is_sought ? wide_face(pair, partner, distance, FaceIs::flat, memory.cache) : std::nullopt;
+void keep_face(const StepPair& pair, const Partner& partner, PairMemory& memory) {
+  const std::optional<Vec3> face = wide_face(pair, partner);
   if (face.has_value() == memory.face.has_value() && (!face || dot(*face, *memory.face) > kOneFace)) return;
   memory.face = face;
   memory.now = memory.choice.stand = memory.slides.stand = {};
@@ -77,8 +74,7 @@ bool slides_along(const StepPair& pair, const Partner& partner, float distance, 
   const auto voxel = static_cast<float>(pair.voxel_size);
   const float fall = length(body.fall - ground.fall);
   if (fall > kLongFall_vx * voxel || dot(ground.turn, ground.turn) > 0) return false;
-  const std::optional<Vec3> face =
-      memory.face ? memory.face : wide_face(pair, partner, distance, FaceIs::even, memory.cache);
+  const std::optional<Vec3> face = memory.face ? memory.face : even_face(pair, partner, distance, memory.cache);
   if (!face) return false;
   const Vec3 normal = Transform(pair.field_pose).rotate(*face);
   const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
@@ -242,15 +238,14 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;
   const bool needs_many = falls_far(pair, memory);
-  const float farthest = query.distance + pair.margin + approach.way;
-  keep_face(pair, whole, farthest, memory);
-  memory.is_carried = !needs_many && is_carried(pair, whole, query, memory);
+  // Flat baked ground is a plane. Springs would jump at its end, and who asks for segments wants those of samples.
+  const bool takes_plane = !approach.is_joint && !pair.has_springs() && pair.segment_level == 0;
+  const HalfSpaceField* const ground =
+      takes_plane ? flat_ground(pair, whole, query.distance + pair.margin + approach.way, memory.ground) : nullptr;
+  const Partner partner = ground != nullptr ? Partner{*ground, nullptr, nullptr, {}, whole.radius} : whole;
+  keep_face(pair, partner, memory);
+  memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
-  // Flat baked ground is a plane for what lands on it. Springs would jump where it takes turns with the map.
-  const bool may_land = way > 0 && !approach.is_joint && !pair.has_springs();
-  const std::optional<HalfSpaceField> ground =
-      may_land ? flat_ground(pair, whole, farthest, memory.cache) : std::nullopt;
-  const Partner partner = ground ? Partner{*ground, nullptr, nullptr, {}, whole.radius} : whole;
   const Stand before = memory.touched ? Stand() : memory.now;
   memory.now = pair.shell_to_field;
   memory.touched = false;
@@ -277,7 +272,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   if (way > 0) keep_arriving(pair, partner, found);
   // A pair that stands still is known to have no contacts from its second step on: it seeks its gap once.
   const bool seeks_gap =
-      !ground && !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
+      ground == nullptr && !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
   if (seeks_gap && found.hits.count == 0 && found.contacts.empty()) {
     remember_gap({pair, partner, query, memory, space}, found, before);
   }

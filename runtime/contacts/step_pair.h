@@ -152,6 +152,13 @@ struct GapMemory {
   Stand sought;         ///< where it was last sought farther than contacts are
 };
 
+/// A plane that stands for a voxelmap as long as the shell stays in a box. Field's frame.
+struct GroundMemory {
+  HalfSpaceField plane;
+  Vec3 low, high;        ///< [m]
+  bool is_flat = false;  ///< false: there is none while the shell stays in the box
+};
+
 /// What a pair remembers from step to step.
 struct PairMemory {
   bool is_lasting = true;  ///< false: it is for one step
@@ -160,8 +167,9 @@ struct PairMemory {
   SlideMemory slides;
   ChoiceMemory choice;
   GapMemory gap;
-  /// The outward normal of a plane, of a box's face that is wider than the shell, or of flat baked ground that the
-  /// shell slides along, in each step since the other members' stands; else none. Field's frame.
+  GroundMemory ground;
+  /// The outward normal of a plane, or of a box's face that is wider than the shell, in each step since the other
+  /// members' stands; else none. Field's frame.
   std::optional<Vec3> face;
   Stand now;                            ///< in this step
   bool touched = false;                 ///< in the last one

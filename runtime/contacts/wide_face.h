@@ -8,23 +8,17 @@
 
 namespace vps::detail {
 
-/// How flat a baked surface has to be.
-enum class FaceIs : std::uint8_t {
-  even,  ///< its bound for the region is tight: no part of it rises above the others by more than a voxel
-  flat   ///< by more than a twentieth of a voxel
-};
+/// The outward normal of a plane, or of the face of a box that is wider than the shell. Field's frame. Else nothing.
+std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner);
 
-/// The outward normal of a plane, of the face of a box that is wider than the shell, or of a baked surface around the
-/// shell. Field's frame. Else nothing.
+/// The same of a voxelmap around the shell, of which no part rises above the others by more than a voxel.
 /// @param distance  that the shell may move, and up to which its points are sought. [m]
 /// @param cache     keeps the bound of the region
-std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner, float distance, FaceIs how,
-                              ContactCache& cache);
+std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache);
 
 /// The plane that stands for a voxelmap near a shell: its surface is flat below it, and nothing else is nearer. V of
-/// points differs by a tenth of a voxel at most, and by the field's error. Field's frame. Else nothing.
-/// @param distance, cache  as above
-std::optional<HalfSpaceField> flat_ground(const StepPair& pair, const Partner& partner, float distance,
-                                          ContactCache& cache);
+/// points differs by a tenth of a voxel at most, and by the field's error. Null: there is none, or it is not proven.
+/// @param distance  as above
+const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
 
 }  // namespace vps::detail

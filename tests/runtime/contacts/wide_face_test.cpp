@@ -23,8 +23,17 @@ constexpr double kHalf = 0.3, kThick = 0.03;  // half extents of the ground. [m]
 struct FlatGround {
   const char* name;
   TriangleMesh mesh;
-  int least;  // poses with a plane
+  int least;       // poses with a plane
+  Pose turn = {};  // of the ground in its grid
 };
+
+Pose turned_about_y(double angle) {
+  Pose pose;
+  pose.rotation[0] = pose.rotation[8] = std::cos(angle);
+  pose.rotation[2] = std::sin(angle);
+  pose.rotation[6] = -std::sin(angle);
+  return pose;
+}
 
 std::vector<FlatGround> flat_grounds() {
   const TriangleMesh slab = make_box({kHalf, kHalf, kThick});
@@ -42,6 +51,9 @@ std::vector<FlatGround> flat_grounds() {
           {"slot between cells", slot(0.0045), 50},
           {"wall", room, 100},
           {"bump of half a voxel", bump, 50},
+          {"oblique slab", moved(turned_about_y(0.4), slab), 50, turned_about_y(0.4)},
+          {"oblique slab with a wall", moved(turned_about_y(0.4), room), 20, turned_about_y(0.4)},
+          {"oblique slab with a bump", moved(turned_about_y(0.4), bump), 20, turned_about_y(0.4)},
           {"torus", make_torus(0.25, 0.06, 60, 30), 0}};
 }
 
@@ -60,16 +72,19 @@ TEST(WideFace, ThePlaneOfFlatGroundHasTheTrueDistances) {
     ASSERT_EQ(asset->voxelmap(map, Field::scaled), Status::ok);
     const lab::Oracle oracle(ground.mesh);
     Random random(11);
-    ContactCache cache;
+    const Pose back = relative_pose(ground.turn, Pose());
+    detail::GroundMemory memory;
     const double allowed = 0.1 * kGroundVoxel + double{map.error} + 1e-5;
     int found = 0;
     for (int n = 0; n < 1500; ++n) {
       Pose pose = random_pose(random, kHalf);
       pose.translation[2] = kThick + random.between(0.01, 0.06);
+      pose = relative_pose(back, pose);
       const double distance = random.between(0, 0.02);
       const detail::StepPair pair{shell, distances, pose, Pose(), 0.002, 0.002};
-      const auto plane = detail::flat_ground(pair, detail::Partner{map}, static_cast<float>(distance), cache);
-      if (!plane) continue;
+      const HalfSpaceField* const plane =
+          detail::flat_ground(pair, detail::Partner{map}, static_cast<float>(distance), memory);
+      if (plane == nullptr) continue;
       ++found;
       for (int k = 0; k < 30; ++k) {
         // A place on the ball, one that it may move to, and one at the surface below these.
@@ -80,7 +95,11 @@ TEST(WideFace, ThePlaneOfFlatGroundHasTheTrueDistances) {
           for (float* const x : {&p.x, &p.y, &p.z}) *x += along();
         };
         if (k % 3 > 0) move(distance);
-        if (k % 3 > 1) p.z = static_cast<float>(kThick + random.between(0, 0.3) * kGroundVoxel);
+        if (k % 3 > 1) {
+          p = detail::Transform(back).apply(p);
+          p.z = static_cast<float>(kThick + random.between(0, 0.3) * kGroundVoxel);
+          p = detail::Transform(ground.turn).apply(p);
+        }
         const auto v = static_cast<double>(detail::value_at(*plane, p));
         if (v > kGroundVoxel) continue;
         const double truth = oracle.penetration({p.x, p.y, p.z});
