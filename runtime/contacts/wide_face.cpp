@@ -16,7 +16,7 @@ namespace vps::detail {
 namespace {
 
 constexpr float kFlat_vx = 0.05F;
-constexpr float kRoom_vx = 8;  // that the shell has in a box
+constexpr float kMoves_vx = 8;  // of the shell, until the plane is sought anew
 
 // A place in the samples of a map. [vx]
 std::array<float, 3> place_in(const VoxelmapView& map, Vec3 at) {
@@ -123,7 +123,7 @@ const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, 
                      is_in(centre.z, memory.low.z, memory.high.z);
   if (stays) return memory.is_flat ? &memory.plane : nullptr;
   const float unit = map->voxel_size;
-  const float half = reach + kRoom_vx * unit;
+  const float half = reach + kMoves_vx * unit;
   memory = {{}, centre - Vec3{half, half, half}, centre + Vec3{half, half, half}, false};
   const std::array<float, 3> at = place_in(*map, centre);
   const float h = half / unit;
@@ -133,7 +133,7 @@ const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, 
   const Vec3 normal = (-1 / length(inward)) * inward;
   const Vec3 foot = centre + (unit * height_in(region, at)) * normal;
   const std::optional<HalfSpaceField> plane =
-      plane_of(*map, region, foot, normal, reach + 1.75F * kRoom_vx * unit, 1.65F * half);
+      plane_of(*map, region, foot, normal, reach + 1.75F * kMoves_vx * unit, 1.65F * half);
   if (!plane) return nullptr;
   memory.plane = *plane;
   memory.is_flat = true;
