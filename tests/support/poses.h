@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
@@ -16,6 +17,14 @@ inline Pose pose_at(double x, double y, double z) {
   pose.translation[0] = x;
   pose.translation[1] = y;
   pose.translation[2] = z;
+  return pose;
+}
+
+inline Pose turned_about_y(double angle) {
+  Pose pose;
+  pose.rotation[0] = pose.rotation[8] = std::cos(angle);
+  pose.rotation[2] = std::sin(angle);
+  pose.rotation[6] = -std::sin(angle);
   return pose;
 }
 

@@ -27,14 +27,6 @@ struct FlatGround {
   Pose turn = {};  // of the ground in its grid
 };
 
-Pose turned_about_y(double angle) {
-  Pose pose;
-  pose.rotation[0] = pose.rotation[8] = std::cos(angle);
-  pose.rotation[2] = std::sin(angle);
-  pose.rotation[6] = -std::sin(angle);
-  return pose;
-}
-
 std::vector<FlatGround> flat_grounds() {
   const TriangleMesh slab = make_box({kHalf, kHalf, kThick});
   const auto slot = [](double x) {  // at x, of one and a half voxels

@@ -23,14 +23,6 @@ struct Ground {
   double slope = 0;
 };
 
-Pose turned_about_y(double angle) {
-  Pose pose;
-  pose.rotation[0] = pose.rotation[8] = std::cos(angle);
-  pose.rotation[2] = std::sin(angle);
-  pose.rotation[6] = -std::sin(angle);
-  return pose;
-}
-
 // Level, with a step, with walls, sloping and round.
 std::vector<Ground> grounds() {
   const TriangleMesh slab = make_box({0.3, 0.3, 0.03});
