@@ -25,7 +25,8 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.1;      // of wheel, cylinder and ball. [m]
 constexpr double kHalfWidth = 0.03;  // of wheel and cylinder. [m]
-constexpr double kBoxVoxel = 0.002;  // of the baked box that slides. [m]
+constexpr double kBoxVoxel = 0.002;  // of the baked parts that slide. [m]
+constexpr double kSlabVoxel = 0.01;  // of baked ground. [m]
 constexpr int kStarts = 4;           // rotations about the axis, at which a body begins
 constexpr double kRates[] = {60, 240, 1000};
 
@@ -109,18 +110,39 @@ struct Grid {
 struct Ground {
   std::string name;
   std::shared_ptr<btCollisionShape> shape;
-  btVector3 at{0, 0, 0};
+  btTransform at = btTransform::getIdentity();
+  bool is_short = false;  // 4 m
 };
+
+btTransform placed(const btVector3& at) {
+  return btTransform(btMatrix3x3::getIdentity(), at);
+}
+
+// A slab that is oblique in the grid of its voxels, and level in the world.
+Ground oblique_slab(const char* name, TriangleMesh slab, const btMatrix3x3& turn, const btVector3& at) {
+  for (auto& v : slab.vertices) {
+    const btVector3 turned = turn * btVector3(btScalar(v[0]), btScalar(v[1]), btScalar(v[2]));
+    v = {double(turned.x()), double(turned.y()), double(turned.z())};
+  }
+  const Side side = baked_side(slab, kSlabVoxel);
+  const btTransform frame = static_cast<const bullet::Shape&>(*side.shape).asset_frame();
+  return {name, side.shape, btTransform(turn.transpose(), at) * frame.inverse(), true};
+}
 
 std::vector<Ground> make_grounds() {
   const double half_height = 0.05;
   const TriangleMesh slab = make_box({2, 0.2, half_height});
   const btVector3 below{0, 0, btScalar(-half_height)};
+  const btVector3 ahead{btScalar(1.8), 0, btScalar(-half_height)};
+  const btMatrix3x3 about_y(btQuaternion(btVector3(0, 1, 0), btScalar(0.4)));
+  const btMatrix3x3 about_x(btQuaternion(btVector3(1, 0, 0), btScalar(0.3)));
   const auto grid = std::make_shared<Grid>();
   return {{"triangle grid", {grid, grid->shape.get()}},
           {"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
-          {"box", std::make_shared<btBoxShape>(btVector3(100, 100, btScalar(half_height))), below},
-          {"baked slab", baked_side(slab, 0.01).shape, {btScalar(1.8), 0, btScalar(-half_height)}}};
+          {"box", std::make_shared<btBoxShape>(btVector3(100, 100, btScalar(half_height))), placed(below)},
+          {"baked slab", baked_side(slab, kSlabVoxel).shape, placed(ahead), true},
+          oblique_slab("oblique slab", slab, about_y, ahead),
+          oblique_slab("slab oblique about two axes", slab, about_x * about_y, ahead)};
 }
 
 // What a body does in `seconds`: worst of all starts.
@@ -163,7 +185,7 @@ Row roll(const Roller& roller, const Side& side, const Ground& ground, double ra
                             slope > 0 ? "down 10 degrees on" : fmt::format("at {:.2g} m/s on", speed), ground.name);
   worst.side = side.name;
   if (!is_chosen(worst)) return worst;
-  const double seconds = slope > 0 ? 1 : ground.name == "baked slab" ? 3.0 / speed : 4;
+  const double seconds = slope > 0 ? 1 : ground.is_short ? 3.0 / speed : 4;
   for (int start = 0; start < kStarts; ++start) {
     World scene(roller.voxel);
     prepare(scene);
@@ -182,19 +204,30 @@ Row roll(const Roller& roller, const Side& side, const Ground& ground, double ra
   return worst;
 }
 
-// A box of Bullet's, or a baked one, slides without friction.
-Row slide(const Side& side, const Ground& ground, double rate, double speed) {
+// A part with a flat base, and how high its centre of mass is above it. [m]
+struct Slider {
+  std::string name;
+  Side side;
+  double height;
+};
+
+// Slides without friction.
+Row slide(const Slider& part, const Ground& ground, double rate, double speed) {
   Row row;
-  row.scene = fmt::format("box slides at {:.2g} m/s on {}", speed, ground.name);
-  row.side = side.name;
+  row.scene = fmt::format("{} slides at {:.2g} m/s on {}", part.name, speed, ground.name);
+  row.side = part.side.name;
   if (!is_chosen(row)) return row;
   World scene(kBoxVoxel);
   prepare(scene);
   scene.add(*ground.shape, 0, ground.at).setFriction(0);
-  btRigidBody& body = scene.add(*side.shape, 1, {0, 0, btScalar(0.05)});
+  btTransform at = placed({0, 0, btScalar(part.height)});
+  if (const auto* const baked = dynamic_cast<const bullet::Shape*>(part.side.shape.get())) {
+    at.setBasis(baked->asset_frame().getBasis().transpose());
+  }
+  btRigidBody& body = scene.add(*part.side.shape, 1, at);
   body.setFriction(0);
   body.setLinearVelocity({btScalar(speed), 0, 0});
-  keep_worse(row, play(scene, body, 3 / speed, rate, speed, 0.05));
+  keep_worse(row, play(scene, body, std::min(3 / speed, 4.0), rate, speed, part.height));
   return row;
 }
 
@@ -213,19 +246,24 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   const std::vector<Ground> grounds = make_grounds();
   const std::vector<Roller> rollers = make_rollers();
-  const std::vector<Side> boxes = {baked_side(make_box({0.05, 0.05, 0.05}), kBoxVoxel),
-                                   {"Bullet's", std::make_shared<btBoxShape>(btVector3(0.05F, 0.05F, 0.05F))}};
+  TriangleMesh gear = make_gear();
+  constexpr double kGearScale = 5;  // 0.22 m across
+  for (auto& v : gear.vertices) v = {kGearScale * v[0], kGearScale * v[1], kGearScale * v[2]};
+  const std::vector<Slider> sliders = {
+      {"box", baked_side(make_box({0.05, 0.05, 0.05}), kBoxVoxel), 0.05},
+      {"box", {"Bullet's", std::make_shared<btBoxShape>(btVector3(0.05F, 0.05F, 0.05F))}, 0.05},
+      {"gear", baked_side(gear, kBoxVoxel), 0.004 * kGearScale}};
   std::vector<Row> rows;
   for (const double rate : kRates) {
     for (const Ground& ground : grounds) {
       for (const Roller& roller : rollers) {
         for (const Side& side : roller.sides) {
-          rows.push_back(roll(roller, side, ground, rate, ground.name == "baked slab" ? 1 : 5, 0));
+          rows.push_back(roll(roller, side, ground, rate, ground.is_short ? 1 : 5, 0));
           rows.push_back(roll(roller, side, ground, rate, 0, 10 * kPi / 180));
         }
       }
-      for (const Side& side : boxes) {
-        for (const double speed : {1.0, 3.0}) rows.push_back(slide(side, ground, rate, speed));
+      for (const Slider& part : sliders) {
+        for (const double speed : {0.1, 1.0, 3.0}) rows.push_back(slide(part, ground, rate, speed));
       }
     }
   }
