@@ -365,8 +365,7 @@ struct RegionBound {
   float low[3] = {}, high[3] = {};  ///< the box, in the field's voxels. [vx]
   float slope[3] = {};              ///< [-]
   float height = 0;                 ///< at the box's middle. [vx]
-  bool is_bound = false;            ///< false: there is none
-  bool is_tight = false;            ///< false: it would reject little
+  bool is_tight = false;            ///< false: there is none that would reject enough
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body

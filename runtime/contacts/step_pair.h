@@ -2,6 +2,7 @@
 /// @file A pair in a step as every engine describes it: one body's points in the other body. Internal. Paper: Sec. 3.2.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "runtime/contacts/between_samples.h"
@@ -152,11 +153,17 @@ struct GapMemory {
   Stand sought;         ///< where it was last sought farther than contacts are
 };
 
-/// A plane that stands for a voxelmap as long as the shell stays in a box. Field's frame.
-struct GroundMemory {
+/// Whether a voxelmap is flat in a ball, and its plane. Field's frame.
+struct KnownGround {
+  Vec3 centre;       ///< [m]
+  float radius = 0;  ///< 0: unknown. [m]
   HalfSpaceField plane;
-  Vec3 low, high;        ///< [m]
-  bool is_flat = false;  ///< false: there is none while the shell stays in the box
+  bool is_flat = false;
+};
+
+/// The last balls. There are two of each size for a shell that goes to and fro between them.
+struct GroundMemory {
+  std::array<KnownGround, 2> wide, narrow;
 };
 
 /// What a pair remembers from step to step.

@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/fields/analytic_fields.h"
@@ -16,20 +16,20 @@ namespace vps::detail {
 namespace {
 
 constexpr float kFlat_vx = 0.05F;
-constexpr float kMoves_vx = 8;  // of the shell, until the plane is sought anew
-
-// A place in the samples of a map. [vx]
-std::array<float, 3> place_in(const VoxelmapView& map, Vec3 at) {
-  const Frame frame = voxel_frame(map);
-  const auto unit = static_cast<float>(frame.unit);
-  return {(at.x - static_cast<float>(frame.origin[0])) / unit, (at.y - static_cast<float>(frame.origin[1])) / unit,
-          (at.z - static_cast<float>(frame.origin[2])) / unit};
-}
+constexpr std::uint32_t kMostTests = 1 << 14;  // a thousand bricks: tens of microseconds
+// Balls have centres on a grid: the plane does not depend on where the shell came from. Near the end of a face only the
+// narrow ones are flat. [vx]
+constexpr float kWideGrid_vx = 8;
+constexpr float kNarrowGrid_vx = 1;
 
 std::optional<Vec3> face_of(const VoxelmapView& map, const StepPair& pair, float distance, ContactCache& cache) {
   if (map.field != Field::scaled || map.planes == nullptr) return {};
-  const std::array<float, 3> at = place_in(map, Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0)));
-  const float centre[3] = {at[0], at[1], at[2]};
+  const Vec3 at = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+  const Frame frame = voxel_frame(map);
+  const auto in_grid = [&](float p, std::size_t axis) {
+    return (p - static_cast<float>(frame.origin[axis])) / static_cast<float>(frame.unit);
+  };
+  const float centre[3] = {in_grid(at.x, 0), in_grid(at.y, 1), in_grid(at.z, 2)};
   const RegionBound before = cache.region;
   const std::uint64_t before_field = cache.region_field;
   keep_region(map, field_id(map), centre, sphere_radius(pair.shell, 0) / map.voxel_size, distance / map.voxel_size,
@@ -45,53 +45,79 @@ std::optional<Vec3> face_of(const VoxelmapView& map, const StepPair& pair, float
   return {};
 }
 
-// The bound of a region at a place. [vx]
-float height_in(const RegionBound& region, const std::array<float, 3>& at) {
-  float height = region.height;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    height += region.slope[axis] * (at[axis] - 0.5F * (region.low[axis] + region.high[axis]));
+// The nearest place of a surface, by steps along the field's normals. Nothing where it is farther than `most`. [m]
+struct Foot {
+  Vec3 place, normal;
+};
+std::optional<Foot> foot_of(const VoxelmapView& map, Vec3 from, float most) {
+  constexpr int kSteps = 8;
+  Foot foot{from, {}};
+  for (int i = 0; i < kSteps; ++i) {
+    const float v = voxelmap_penetration(map, foot.place, {});
+    const Vec3 normal = normal_at(map, foot.place);
+    if (!(std::abs(v) <= most) || !(dot(normal, normal) > 0)) return {};
+    foot = {foot.place + v * normal, normal};
+    if (std::abs(v) < kFlat_vx * map.voxel_size) return foot;
   }
-  return height;
+  return {};
 }
 
-// Four places on a plane around a foot.
-std::array<Vec3, 4> square(Vec3 foot, Vec3 normal, float half) {
-  const Vec3 aside = cross(std::abs(normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, normal);
-  const Vec3 u = (half / length(aside)) * aside;
-  const Vec3 v = cross(normal, u);
-  return {foot + u + v, foot - u + v, foot - u - v, foot + u - v};
+// The plane through a surface around a foot: that of the least squares, of places in a square, whose V are rounded.
+// Nothing where they are in no plane.
+std::optional<HalfSpaceField> fit_plane(const VoxelmapView& map, Foot foot, float half_edge) {
+  constexpr int kAlong[] = {2, 2, 8};  // places along an edge, in steps that come closer
+  const float most = 4 * kFlat_vx * map.voxel_size;
+  for (const int along : kAlong) {
+    const Vec3 aside = cross(std::abs(foot.normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, foot.normal);
+    const Vec3 u = (half_edge / length(aside)) * aside;
+    const Vec3 v = cross(foot.normal, u);
+    float mean = 0;  // of the heights above the plane so far. [m]
+    float rise_u = 0;
+    float rise_v = 0;
+    float squares = 0;
+    for (int i = 0; i < along * along; ++i) {
+      const auto at = [=](int k) { return 2 * static_cast<float>(k) / static_cast<float>(along - 1) - 1; };
+      const float a = at(i % along);
+      const float b = at(i / along);
+      const float height = voxelmap_penetration(map, foot.place + a * u + b * v, {});
+      if (along > 2 && !(std::abs(height) <= most)) return {};
+      mean += height;
+      rise_u += a * height;
+      rise_v += b * height;
+      squares += a * a;
+    }
+    const float by = 1 / (squares * half_edge * half_edge);
+    const Vec3 normal = foot.normal - by * (rise_u * u + rise_v * v);
+    foot.place = foot.place + mean / static_cast<float>(along * along) * foot.normal;
+    foot.normal = (1 / length(normal)) * normal;
+  }
+  return HalfSpaceField{foot.normal, dot(foot.normal, foot.place)};
 }
 
-// The plane of the surface in a square, if it is flat there and no other surface lies above it:
-// docs/internals/bounds.md, "A plane in place of the map".
-// @param region  its box lies above the wider of the squares
-// @param wider   half edge of the square if the bound of the region leaves room for other surfaces
-std::optional<HalfSpaceField> plane_of(const VoxelmapView& map, const RegionBound& region, Vec3 foot, Vec3 normal,
-                                       float half, float wider) {
-  constexpr std::uint32_t kMostTests = 1 << 14;  // a thousand bricks: tens of microseconds, every eight voxels
-  constexpr float kHigher_vx = 1.25F;
+// What is known of the ball around a shell whose centre is the nearest place of a grid.
+const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
+                                 std::array<KnownGround, 2>& known) {
   const float unit = map.voxel_size;
-  for (int i = 0; i < 3; ++i) {
-    std::array<Vec3, 4> corners = square(foot, normal, half);
-    for (Vec3& c : corners) c = c + penetration(map, c, normal) * normal;
-    const Vec3 across = cross(corners[0] - corners[2], corners[1] - corners[3]);
-    normal = (1 / length(across)) * across;
-    foot = 0.25F * (corners[0] + corners[1] + corners[2] + corners[3]);
-  }
-  // The highest place where there may be a surface. [vx]
-  const auto highest = [&](float edge) {
-    float above = 0;
-    for (const Vec3 c : square(foot, normal, edge)) above = std::max(above, height_in(region, place_in(map, c)));
-    return above;
+  const float grid = grid_vx * unit;
+  const Vec3 centre{grid * std::round(at.x / grid), grid * std::round(at.y / grid), grid * std::round(at.z / grid)};
+  constexpr float kCorner = 0.8661F;  // of a cube, from its middle
+  const float radius = unit * std::ceil(reach / unit + kCorner * grid_vx);
+  const auto is_this = [&](const KnownGround& one) {
+    return one.radius == radius && one.centre.x == centre.x && one.centre.y == centre.y && one.centre.z == centre.z;
   };
-  const LinearPart part{foot, -1.0F * normal, 0};
-  const auto is_flat_at = [&](float height, float edge) {
-    return is_linear_between(map, part, square(foot + height * normal, normal, edge), kFlat_vx * unit, kMostTests);
-  };
-  const bool is_alone = highest(half) <= kFlat_vx;
-  if (!is_alone && !(highest(wider) < 1.9F * kHigher_vx)) return {};
-  if (is_alone ? !is_flat_at(0, half) : !(is_flat_at(0, wider) && is_flat_at(kHigher_vx * unit, wider))) return {};
-  return HalfSpaceField{normal, dot(normal, foot)};
+  if (is_this(known[0])) return known[0];
+  std::swap(known[0], known[1]);
+  KnownGround& ground = known[0];
+  if (is_this(ground)) return ground;
+  ground = {centre, radius, {}, false};
+  const std::optional<Foot> foot = foot_of(map, centre, radius);
+  if (!foot) return ground;
+  constexpr float kSquare = 0.7071F;  // in a circle
+  const std::optional<HalfSpaceField> plane = fit_plane(map, *foot, kSquare * radius);
+  if (!plane) return ground;
+  ground.plane = *plane;
+  ground.is_flat = is_plane_within(map, *plane, centre, radius, kFlat_vx * unit, kMostTests);
+  return ground;
 }
 
 }  // namespace
@@ -115,29 +141,13 @@ std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, floa
 
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {
   const VoxelmapView* const map = partner.map();
-  if (map == nullptr || map->field != Field::scaled || map->planes == nullptr || pair.shell.points == 0) return nullptr;
+  if (map == nullptr || map->field != Field::scaled || pair.shell.points == 0) return nullptr;
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
   const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
-  const auto is_in = [&](float at, float low, float high) { return at - reach >= low && at + reach <= high; };
-  const bool stays = is_in(centre.x, memory.low.x, memory.high.x) && is_in(centre.y, memory.low.y, memory.high.y) &&
-                     is_in(centre.z, memory.low.z, memory.high.z);
-  if (stays) return memory.is_flat ? &memory.plane : nullptr;
-  const float unit = map->voxel_size;
-  const float half = reach + kMoves_vx * unit;
-  memory = {{}, centre - Vec3{half, half, half}, centre + Vec3{half, half, half}, false};
-  const std::array<float, 3> at = place_in(*map, centre);
-  const float h = half / unit;
-  const RegionBound region = bound_region(*map, {at[0] - h, at[1] - h, at[2] - h}, {at[0] + h, at[1] + h, at[2] + h});
-  if (!region.is_bound) return nullptr;
-  const Vec3 inward{region.slope[0], region.slope[1], region.slope[2]};
-  const Vec3 normal = (-1 / length(inward)) * inward;
-  const Vec3 foot = centre + (unit * height_in(region, at)) * normal;
-  const std::optional<HalfSpaceField> plane =
-      plane_of(*map, region, foot, normal, reach + 1.75F * kMoves_vx * unit, 1.65F * half);
-  if (!plane) return nullptr;
-  memory.plane = *plane;
-  memory.is_flat = true;
-  return &memory.plane;
+  const KnownGround& wide = ground_around(*map, centre, reach, kWideGrid_vx, memory.wide);
+  if (wide.is_flat) return &wide.plane;
+  const KnownGround& narrow = ground_around(*map, centre, reach, kNarrowGrid_vx, memory.narrow);
+  return narrow.is_flat ? &narrow.plane : nullptr;
 }
 
 }  // namespace vps::detail

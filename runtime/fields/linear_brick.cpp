@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 HWY_BEFORE_NAMESPACE();
@@ -97,6 +98,31 @@ bool is_linear_here(const Code* codes, const octree::Slices& slices, const Brick
   }
   return hn::AllFalse(f32, any_beyond);
 }
+
+template <class Code>
+bool is_below_here(const Code* codes, const octree::Slices& slices, const BrickTest& test, float wanted, float floor) {
+  const Floats f32;
+  const hn::Rebind<Code, Floats> narrow;
+  const hn::RebindToSigned<Floats> i32;
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+  const BrickTest::Rows& rows = test.rows[slices.axis];
+  const auto step = hn::Set(f32, test.step);
+  const auto first_wanted = hn::Set(f32, wanted + test.tolerance);
+  const auto least = hn::Set(f32, floor + test.tolerance);
+  auto any_above = hn::FirstN(f32, 0);
+  for (std::uint32_t slice = 0; slice < kFieldEdge; ++slice) {
+    const std::uint32_t stored = std::clamp(slice, slices.first, slices.first + slices.count - 1);
+    const Code* const samples = codes + (stored - slices.first) * kFieldSlice;
+    for (std::uint32_t next = 0; next < kFieldSlice; next += lanes) {
+      const std::uint32_t i = std::min(next, kFieldSlice - lanes);
+      const auto v = hn::Mul(step, hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, samples + i))));
+      const auto most = hn::Add(first_wanted, hn::LoadU(f32, rows.wanted + slice * kFieldSlice + i));
+      any_above = hn::Or(any_above, hn::Not(hn::Le(v, hn::Max(most, least))));
+    }
+  }
+  return hn::AllFalse(f32, any_above);
+}
+
 bool is_linear_8(const std::int8_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
                  float height) {
   return is_linear_here(codes, slices, test, wanted, height);
@@ -104,6 +130,14 @@ bool is_linear_8(const std::int8_t* codes, const octree::Slices& slices, const B
 bool is_linear_16(const std::int16_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
                   float height) {
   return is_linear_here(codes, slices, test, wanted, height);
+}
+bool is_below_8(const std::int8_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
+                float floor) {
+  return is_below_here(codes, slices, test, wanted, floor);
+}
+bool is_below_16(const std::int16_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
+                 float floor) {
+  return is_below_here(codes, slices, test, wanted, floor);
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -115,18 +149,44 @@ namespace vps::detail {
 HWY_EXPORT(fill_rows);
 HWY_EXPORT(is_linear_8);
 HWY_EXPORT(is_linear_16);
+HWY_EXPORT(is_below_8);
+HWY_EXPORT(is_below_16);
 
-bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
-                     float height) noexcept {
+namespace {
+
+// Calls what is asked of a brick with its codes.
+template <class Ask>
+bool ask_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, Ask ask) {
   const octree::Slices slices = octree::slices_of(entry);
   if (!test.has_rows[slices.axis]) HWY_DYNAMIC_DISPATCH(fill_rows)(test, slices.axis);
   const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
-  if (map.element == ElementType::i8) {
-    const auto* const codes = static_cast<const std::int8_t*>(map.values) + first;
-    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, slices, test, wanted, height);
-  }
-  const auto* const codes = static_cast<const std::int16_t*>(map.values) + first;
-  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, slices, test, wanted, height);
+  if (map.element == ElementType::i8) return ask(static_cast<const std::int8_t*>(map.values) + first, slices);
+  return ask(static_cast<const std::int16_t*>(map.values) + first, slices);
+}
+
+}  // namespace
+
+bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
+                     float height) noexcept {
+  const auto ask = [&](auto codes, const octree::Slices& slices) {
+    if constexpr (std::is_same_v<decltype(codes), const std::int8_t*>) {
+      return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, slices, test, wanted, height);
+    } else {
+      return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, slices, test, wanted, height);
+    }
+  };
+  return ask_brick(map, entry, test, ask);
+}
+
+bool is_brick_below(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted, float floor) noexcept {
+  const auto ask = [&](auto codes, const octree::Slices& slices) {
+    if constexpr (std::is_same_v<decltype(codes), const std::int8_t*>) {
+      return HWY_DYNAMIC_DISPATCH(is_below_8)(codes, slices, test, wanted, floor);
+    } else {
+      return HWY_DYNAMIC_DISPATCH(is_below_16)(codes, slices, test, wanted, floor);
+    }
+  };
+  return ask_brick(map, entry, test, ask);
 }
 
 }  // namespace vps::detail

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file Whether all samples of a brick follow a linear function: the inner loop of is_linear_between. Internal.
+/// @file Whether all samples of a brick follow a linear function, or lie below it: the inner loops of
+/// is_linear_between and is_clear_above. Internal.
 #pragma once
 
 #include <array>
@@ -34,5 +35,11 @@ struct BrickTest {
 /// @param height  of the first sample above the plane. [vx]
 bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
                      float height) noexcept;
+
+/// Whether V <= max(wanted, floor) + tolerance at every sample of a brick.
+/// @param test    its heights are not used
+/// @param wanted  as above
+/// @param floor   [m]
+bool is_brick_below(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted, float floor) noexcept;
 
 }  // namespace vps::detail

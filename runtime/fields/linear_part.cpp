@@ -1,25 +1,33 @@
 // SPDX-License-Identifier: Zlib
 // Where a sampled field is linear: the samples of every cell of interpolation that a flat polygon meets are looked at.
+// Where it shows no surface above a plane: those of every brick there.
 #include "runtime/fields/linear_part.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "runtime/fields/linear_brick.h"
 
 namespace vps::detail {
 namespace {
 
-// A flat polygon among the samples. Lengths are in voxels, from the centre of voxel (0,0,0).
+// A flat polygon among the samples, or the part of a plane in a ball, or what is above that part. Lengths are in
+// voxels, from the centre of voxel (0,0,0).
 struct FlatPolygon {
-  float low[3], high[3];  // its box
-  float normal[3];        // unit
+  float low[3], high[3];                                             // its box
+  float centre[3] = {}, radius = std::numeric_limits<float>::max();  // of the ball
+  float normal[3];                                                   // unit
   float offset = 0;
   float thickness = 0;
   // V in metres = at_origin + slope . place
   float at_origin = 0;
   float slope[3];
   float tolerance = 0;  // of V. [m]
+  bool is_above = false;
+  float floor = 0;   // V that is low enough above the plane, however high. [m]
+  int halvings = 0;  // of cells of which only a part may count
 
   [[nodiscard]] float height(const float (&p)[3]) const {
     return normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset;
@@ -35,7 +43,7 @@ class SampleCheck {
   SampleCheck(const VoxelmapView& map, const FlatPolygon& sheet, std::uint32_t most)
       : map_(map), sheet_(sheet), left_(most) {}
 
-  bool all_are_linear() {
+  bool all_pass() {
     std::uint32_t first[3];
     std::uint32_t last[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -58,15 +66,14 @@ class SampleCheck {
 
  private:
   bool check(std::uint32_t entry, const std::uint32_t (&low)[3], std::uint32_t edge) {
-    float centre[3];
+    float from[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const auto from = static_cast<float>(low[axis]);
-      if (from > sheet_.high[axis] || from + static_cast<float>(edge) < sheet_.low[axis]) return true;
-      centre[axis] = from + 0.5F * static_cast<float>(edge);
+      from[axis] = static_cast<float>(low[axis]);
+      if (from[axis] > sheet_.high[axis] || from[axis] + static_cast<float>(edge) < sheet_.low[axis]) return true;
     }
-    if (std::abs(sheet_.height(centre)) > sheet_.reach(0.5F * static_cast<float>(edge))) return true;
+    if (!is_met(from, static_cast<float>(edge))) return true;
     if (octree::is_brick(entry)) return check_brick(entry, low, edge);
-    if (!octree::is_node(entry)) return false;  // beyond the band
+    if (!octree::is_node(entry)) return sheet_.is_above && entry == kFarOutside;  // beyond the band
     const std::uint32_t half = edge / 2;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
       const std::uint32_t at[3] = {low[0] + half * (octant & 1), low[1] + half * (octant >> 1 & 1),
@@ -76,7 +83,7 @@ class SampleCheck {
     return true;
   }
 
-  // Checks the samples of a brick in a cube: the corners of cells that the sheet may meet.
+  // Checks the cells of a brick in a cube that the sheet may meet.
   bool check_brick(std::uint32_t entry, const std::uint32_t (&cube)[3], std::uint32_t edge) {
     // As much as to test some points.
     constexpr std::uint32_t kCost = 16;
@@ -89,8 +96,12 @@ class SampleCheck {
     const auto cells = static_cast<std::uint32_t>(h * kCells);
     float origin[3];
     for (int axis = 0; axis < 3; ++axis) origin[axis] = static_cast<float>(cube[axis] & ~(cells - 1));
-    if (is_linear_brick(map_, entry, test_of(level, h), linear_at(origin), sheet_.height(origin))) return true;
-    // Only some of the samples near the sheet may count.
+    BrickTest& test = test_of(level, h);
+    if (sheet_.is_above ? is_brick_below(map_, entry, test, linear_at(origin), sheet_.floor)
+                        : is_linear_brick(map_, entry, test, linear_at(origin), sheet_.height(origin))) {
+      return true;
+    }
+    // Only some of the cells may count.
     std::uint32_t first[3];
     std::uint32_t last[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -100,32 +111,66 @@ class SampleCheck {
       first[axis] = std::min(static_cast<std::uint32_t>((low - origin[axis]) / h), kCells - 1);
       last[axis] = std::min(static_cast<std::uint32_t>((high - origin[axis]) / h), kCells - 1);
     }
-    const float reach = sheet_.reach(0.5F * h);
-    const float step = tests_[level].step;
-    bool checked[kFieldSamples] = {};  // corners are shared
-    for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
-      for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
-        for (std::uint32_t x = first[0]; x <= last[0]; ++x) {
-          const float low[3] = {origin[0] + h * static_cast<float>(x), origin[1] + h * static_cast<float>(y),
-                                origin[2] + h * static_cast<float>(z)};
-          const float centre[3] = {low[0] + 0.5F * h, low[1] + 0.5F * h, low[2] + 0.5F * h};
-          if (std::abs(sheet_.height(centre)) > reach) continue;
-          for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t sample[3] = {x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)};
-            const std::uint32_t at = (sample[2] * kFieldEdge + sample[1]) * kFieldEdge + sample[0];
-            if (checked[at]) continue;
-            checked[at] = true;
-            const float place[3] = {low[0] + h * static_cast<float>(corner & 1),
-                                    low[1] + h * static_cast<float>(corner >> 1 & 1),
-                                    low[2] + h * static_cast<float>(corner >> 2)};
-            const auto stored = static_cast<float>(code(octree::corners_of(entry, sample).first));
-            if (!(std::abs(step * stored - linear_at(place)) <= sheet_.tolerance)) return false;
-          }
+    std::uint32_t cell[3];
+    for (cell[2] = first[2]; cell[2] <= last[2]; ++cell[2]) {
+      for (cell[1] = first[1]; cell[1] <= last[1]; ++cell[1]) {
+        for (cell[0] = first[0]; cell[0] <= last[0]; ++cell[0]) {
+          Cell at{{}, h, {}};
+          for (int axis = 0; axis < 3; ++axis) at.low[axis] = origin[axis] + h * static_cast<float>(cell[axis]);
+          if (!is_met(at.low, h)) continue;
+          const octree::Corners corners = octree::corners_of(entry, cell);
+          for (std::uint32_t i = 0; i < 8; ++i) at.v[i] = test.step * static_cast<float>(code(corners.number(i)));
+          if (!check_cell(at, sheet_.halvings)) return false;
         }
       }
     }
     return true;
   }
+
+  // A cell of interpolation, or a part of one.
+  struct Cell {
+    float low[3];
+    float edge = 0;  // [vx]
+    float v[8];      // at its corners. [m]
+  };
+  // Whether the sheet may meet a cube.
+  [[nodiscard]] bool is_met(const float (&low)[3], float edge) const {
+    const float half = 0.5F * edge;
+    const float middle[3] = {low[0] + half, low[1] + half, low[2] + half};
+    const float height = sheet_.height(middle);
+    const float off[3] = {middle[0] - sheet_.centre[0], middle[1] - sheet_.centre[1], middle[2] - sheet_.centre[2]};
+    const float farthest = sheet_.radius + 1.7321F * half;
+    return (sheet_.is_above ? -height : std::abs(height)) <= sheet_.reach(half) &&
+           off[0] * off[0] + off[1] * off[1] + off[2] * off[2] <= farthest * farthest;
+  }
+
+  [[nodiscard]] bool check_cell(const Cell& cell, int halvings) const {
+    bool passes = true;
+    for (std::uint32_t i = 0; i < 8; ++i) {
+      const float place[3] = {cell.low[0] + cell.edge * static_cast<float>(i & 1),
+                              cell.low[1] + cell.edge * static_cast<float>(i >> 1 & 1),
+                              cell.low[2] + cell.edge * static_cast<float>(i >> 2)};
+      const float wanted = linear_at(place);
+      const float off = sheet_.is_above ? cell.v[i] - std::max(wanted, sheet_.floor) : std::abs(cell.v[i] - wanted);
+      passes = passes && off <= sheet_.tolerance;
+    }
+    if (passes || halvings == 0) return passes;
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const float from[3] = {0.5F * static_cast<float>(octant & 1), 0.5F * static_cast<float>(octant >> 1 & 1),
+                             0.5F * static_cast<float>(octant >> 2)};
+      Cell part{{}, 0.5F * cell.edge, {}};
+      for (int axis = 0; axis < 3; ++axis) part.low[axis] = cell.low[axis] + cell.edge * from[axis];
+      if (!is_met(part.low, part.edge)) continue;
+      for (std::uint32_t i = 0; i < 8; ++i) {
+        part.v[i] = trilinear(
+            cell.v, {from[0] + 0.5F * static_cast<float>(i & 1), from[1] + 0.5F * static_cast<float>(i >> 1 & 1),
+                     from[2] + 0.5F * static_cast<float>(i >> 2)});
+      }
+      if (!check_cell(part, halvings - 1)) return false;
+    }
+    return true;
+  }
+
   BrickTest& test_of(std::size_t level, float h) {
     BrickTest& test = tests_[level];
     if (test.step > 0) return test;
@@ -168,6 +213,34 @@ Vec3 normal_of(std::span<const Vec3> places) noexcept {
   return size > 0 ? (1 / size) * normal : Vec3{};
 }
 
+// A place in the grid of samples. [vx]
+std::array<float, 3> in_grid(const VoxelmapView& map, Vec3 p) noexcept {
+  const float at[3] = {p.x, p.y, p.z};
+  std::array<float, 3> out;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out[axis] = static_cast<float>(at[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
+  }
+  return out;
+}
+
+// A polygon that is the place of a linear function alone.
+FlatPolygon polygon_at(const VoxelmapView& map, const LinearPart& part, Vec3 normal, float tolerance) noexcept {
+  FlatPolygon sheet;
+  const std::array<float, 3> place = in_grid(map, part.place);
+  const float slope[3] = {part.slope.x, part.slope.y, part.slope.z};
+  const float across[3] = {normal.x, normal.y, normal.z};
+  sheet.at_origin = part.v;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sheet.low[axis] = sheet.high[axis] = place[axis];
+    sheet.normal[axis] = across[axis];
+    sheet.offset += across[axis] * place[axis];
+    sheet.slope[axis] = map.voxel_size * slope[axis];
+    sheet.at_origin -= sheet.slope[axis] * place[axis];
+  }
+  sheet.tolerance = tolerance;
+  return sheet;
+}
+
 }  // namespace
 
 LinearPart linear_part(const VoxelmapView& map, Vec3 place, float v) noexcept {
@@ -200,33 +273,15 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
                        std::uint32_t most) noexcept {
   const Vec3 normal = normal_of(places);
   if (!(dot(normal, normal) > 0)) return false;
-  FlatPolygon sheet;
-  const auto in_grid = [&](Vec3 p, float(&out)[3]) {
-    const float at[3] = {p.x, p.y, p.z};
-    for (int axis = 0; axis < 3; ++axis) {
-      out[axis] = static_cast<float>(at[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
-    }
-  };
-  float place[3];
-  in_grid(part.place, place);
-  const float slope[3] = {part.slope.x, part.slope.y, part.slope.z};
-  const float across[3] = {normal.x, normal.y, normal.z};
-  sheet.at_origin = part.v;
-  for (int axis = 0; axis < 3; ++axis) {
-    sheet.low[axis] = sheet.high[axis] = place[axis];
-    sheet.normal[axis] = across[axis];
-    sheet.offset += across[axis] * place[axis];
-    sheet.slope[axis] = map.voxel_size * slope[axis];
-    sheet.at_origin -= sheet.slope[axis] * place[axis];
-  }
+  FlatPolygon sheet = polygon_at(map, part, normal, tolerance);
   const float end_inner = end_of_band(map.band_inner, map.voxel_size);
   const float end_outer = end_of_band(map.band_outer, map.voxel_size);
   for (const Vec3& p : places) {
     // Farther out V is not that of the samples.
     const float v = part.at(p);
     if (!(v > -end_outer && v < end_inner)) return false;
-    in_grid(p, place);
-    for (int axis = 0; axis < 3; ++axis) {
+    const std::array<float, 3> place = in_grid(map, p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       sheet.low[axis] = std::min(sheet.low[axis], place[axis]);
       sheet.high[axis] = std::max(sheet.high[axis], place[axis]);
     }
@@ -236,8 +291,47 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
     sheet.low[axis] -= sheet.thickness;
     sheet.high[axis] += sheet.thickness;
   }
-  sheet.tolerance = tolerance;
-  return SampleCheck(map, sheet, most).all_are_linear();
+  return SampleCheck(map, sheet, most).all_pass();
+}
+
+bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
+                     std::uint32_t most) noexcept {
+  constexpr float kBeside_vx = 1;      // so far above the plane V has to be linear
+  constexpr float kInBand_vx = 0.3F;   // the floor is so far from the band's end
+  constexpr float kCell_vx = 3.4642F;  // diagonal of the largest cells
+  const float unit = map.voxel_size;
+  const float floor = map.band_outer / unit - kInBand_vx;
+  const float off = kCell_vx - floor - kBeside_vx;
+  const float shown = (floor * kBeside_vx - 0.25F * off * off) / kCell_vx;
+  if (end_of_band(map.band_outer, unit) < kBeside_vx * unit || tolerance + field_error(map) >= shown * unit)
+    return false;
+  const Vec3 n = plane.outward_normal;
+  const LinearPart part{plane.offset * n, -1.0F * n, 0};
+  FlatPolygon slab = polygon_at(map, part, n, tolerance);
+  const std::array<float, 3> middle = in_grid(map, centre);
+  std::copy(middle.begin(), middle.end(), slab.centre);
+  slab.radius = radius / unit;
+  const float height = slab.height(slab.centre);
+  if (!(std::abs(height) < slab.radius)) return false;
+  slab.offset += 0.5F * kBeside_vx;
+  slab.thickness = 0.5F * kBeside_vx;
+  slab.halvings = 2;  // corners of cells can be far from the plane, near an edge
+  FlatPolygon above = slab;
+  const std::array<float, 3> mesh_low = in_grid(map, {map.bounds_min[0], map.bounds_min[1], map.bounds_min[2]});
+  const std::array<float, 3> mesh_high = in_grid(map, {map.bounds_max[0], map.bounds_max[1], map.bounds_max[2]});
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float foot = middle[axis] - height * slab.normal[axis];
+    const float most_aside = slab.radius * std::sqrt(std::max(1 - slab.normal[axis] * slab.normal[axis], 0.0F));
+    slab.low[axis] = foot - most_aside - kBeside_vx;
+    slab.high[axis] = foot + most_aside + kBeside_vx;
+    // All of the surface lies in the bounds of the mesh.
+    above.low[axis] = std::max(middle[axis] - slab.radius, mesh_low[axis]);
+    above.high[axis] = std::min(middle[axis] + slab.radius, mesh_high[axis]);
+    if (!(above.low[axis] <= above.high[axis])) return false;
+  }
+  above.is_above = true;
+  above.floor = -floor * unit;
+  return SampleCheck(map, slab, most).all_pass() && SampleCheck(map, above, most).all_pass();
 }
 
 }  // namespace vps::detail

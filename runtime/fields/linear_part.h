@@ -39,4 +39,11 @@ bool is_linear_between(const PolytopeField& solid, const LinearPart& part, std::
 bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places, float tolerance,
                        std::uint32_t most) noexcept;
 
+/// Whether the surface in a ball is a plane: V is minus the height over it up to a voxel, and nothing lies higher.
+/// docs/internals/bounds.md, "A plane in place of the map".
+/// @param map     scaled
+/// @param most    as above, twice
+bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
+                     std::uint32_t most) noexcept;
+
 }  // namespace vps::detail

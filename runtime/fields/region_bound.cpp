@@ -160,7 +160,6 @@ RegionBound bound_region(const VoxelmapView& map, const float (&low)[3], const f
     region.height = std::max(region.height, height_above(piece, region.slope, middle));
   }
   region.height += kRounding_vx;
-  region.is_bound = true;
   region.is_tight = std::all_of(cells.all().begin(), cells.all().end(), [&](const Piece& piece) {
     float above = region.height - piece.height;
     for (int axis = 0; axis < 3; ++axis) above += region.slope[axis] * (piece.centre[axis] - middle[axis]);

@@ -28,6 +28,19 @@ inline Pose turned_about_y(double angle) {
   return pose;
 }
 
+inline Pose turned_about_x(double angle) {
+  Pose pose;
+  pose.rotation[4] = pose.rotation[8] = std::cos(angle);
+  pose.rotation[5] = -std::sin(angle);
+  pose.rotation[7] = std::sin(angle);
+  return pose;
+}
+
+/// About y, then about x.
+inline Pose turned_about_two_axes() {
+  return relative_pose(turned_about_x(-0.3), turned_about_y(0.4));
+}
+
 inline Pose random_pose(Random& random, double distance) {
   Pose pose;
   const std::array<double, 9> rotation = random.rotation();

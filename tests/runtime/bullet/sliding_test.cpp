@@ -6,6 +6,7 @@
 #include <array>
 
 #include "tests/runtime/bullet/world.h"
+#include "tests/support/poses.h"
 #include "tests/support/random.h"
 
 namespace vps::test {
@@ -119,6 +120,31 @@ TEST(Sliding, AFlatPartKeepsItsSpeedOnFlatBakedGroundAtLowRates) {
       scene.step(60, kStep);
       EXPECT_NEAR(body.getLinearVelocity().x(), fast, 1e-3 * fast) << spin << " rad/s";
       EXPECT_NEAR(body.getAngularVelocity().z(), spin, 1e-3 * spin + 1e-4) << fast << " m/s";
+    }
+  }
+}
+
+// Samples of oblique ground are rounded, each by up to a fiftieth of a voxel. On such bumps a slow part is as fast as
+// they are high.
+TEST(Sliding, AFlatPartKeepsItsSpeedOnObliqueBakedGround) {
+  const Pose oblique = turned_about_two_axes();
+  bullet::Shape part(baked_at(samples::make_gear(), 0.001));
+  bullet::Shape ground(baked_at(moved(oblique, make_box({0.5, 0.15, 0.05})), 0.005));
+  const btTransform frame = ground.asset_frame();
+  for (const double rate : {60.0, 240.0, 1000.0}) {
+    for (const double fast : {0.1, 0.4}) {
+      World scene;
+      btMatrix3x3 back;
+      for (int i = 0; i < 9; ++i) back[i / 3][i % 3] = btScalar(oblique.rotation[3 * (i % 3) + i / 3]);
+      scene.add(ground, 0, btTransform(back, {0, 0, btScalar(kTop - 0.05)}) * frame.inverse());
+      btRigidBody& body = scene.add(part, 1, {btScalar(-0.3), 0, btScalar(kTop + 0.004)});
+      body.setFriction(0);
+      const auto step = btScalar(1 / rate);
+      scene.step(int(0.2 * rate), step);
+      body.setLinearVelocity({btScalar(fast), 0, 0});
+      scene.step(int(rate), step);
+      EXPECT_NEAR(body.getLinearVelocity().x(), fast, 0.05 * fast) << rate << " Hz";
+      EXPECT_NEAR(body.getLinearVelocity().y(), 0, 0.05 * fast) << rate << " Hz";
     }
   }
 }

@@ -310,7 +310,7 @@ TEST(Standing, TheUsersCallbacksKnowTheContactsThatStay) {
     ASSERT_NE(p.m_userPersistentData, nullptr);
     if (p.getLifeTime() < 20) continue;
     ++old;
-    EXPECT_LT(*static_cast<int*>(p.m_userPersistentData), calls.added - 20) << "data made when the point was";
+    EXPECT_LT(*static_cast<int*>(p.m_userPersistentData), calls.added - 2) << "data made when the point was";
   }
   EXPECT_GE(old, 1);
 }
