@@ -301,10 +301,10 @@ bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 
   constexpr float kCell_vx = 3.4642F;  // diagonal of the largest cells
   const float unit = map.voxel_size;
   const float floor = map.band_outer / unit - kInBand_vx;
-  const float off = kCell_vx - floor - kBeside_vx;
-  const float shown = (floor * kBeside_vx - 0.25F * off * off) / kCell_vx;
-  if (end_of_band(map.band_outer, unit) < kBeside_vx * unit || tolerance + field_error(map) >= shown * unit)
-    return false;
+  const float beyond = kCell_vx - floor - kBeside_vx;
+  const float shown = (floor * kBeside_vx - 0.25F * beyond * beyond) / kCell_vx;
+  if (end_of_band(map.band_outer, unit) < kBeside_vx * unit) return false;
+  if (tolerance + field_error(map) >= shown * unit) return false;
   const Vec3 n = plane.outward_normal;
   const LinearPart part{plane.offset * n, -1.0F * n, 0};
   FlatPolygon slab = polygon_at(map, part, n, tolerance);
