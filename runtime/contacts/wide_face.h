@@ -16,8 +16,9 @@ std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner);
 /// @param cache     keeps the bound of the region
 std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, float distance, ContactCache& cache);
 
-/// The plane that stands for a voxelmap near a shell: its surface is flat below it, and nothing else is nearer. V of
-/// points differs by a tenth of a voxel at most, and by the field's error. Null: there is none, or it is not proven.
+/// The plane that takes the place of a voxelmap near a shell: its surface is flat below it, and nothing else is nearer.
+/// V above it differs by a twentieth of a voxel at most, and by the field's error. Null: there is none, or it is not
+/// proven.
 /// @param distance  as above
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 /// @file Whether all samples of a brick follow a linear function, or lie below it: the inner loops of
-/// is_linear_between and is_clear_above. Internal.
+/// is_linear_between and is_plane_within. Internal.
 #pragma once
 
 #include <array>

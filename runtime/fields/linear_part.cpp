@@ -74,6 +74,8 @@ class SampleCheck {
     if (!is_met(from, static_cast<float>(edge))) return true;
     if (octree::is_brick(entry)) return check_brick(entry, low, edge);
     if (!octree::is_node(entry)) return sheet_.is_above && entry == kFarOutside;  // beyond the band
+    // Nodes of a damaged file may go on.
+    if (edge == 1) return false;
     const std::uint32_t half = edge / 2;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
       const std::uint32_t at[3] = {low[0] + half * (octant & 1), low[1] + half * (octant >> 1 & 1),
@@ -83,12 +85,17 @@ class SampleCheck {
     return true;
   }
 
+  // Takes the cost of some tests of points.
+  bool spend(std::uint32_t tests) {
+    if (left_ < tests) return false;
+    left_ -= tests;
+    return true;
+  }
+
   // Checks the cells of a brick in a cube that the sheet may meet.
   bool check_brick(std::uint32_t entry, const std::uint32_t (&cube)[3], std::uint32_t edge) {
-    // As much as to test some points.
     constexpr std::uint32_t kCost = 16;
-    if (left_ < kCost) return false;
-    left_ -= kCost;
+    if (!spend(kCost)) return false;
     constexpr std::uint32_t kCells = kFieldEdge - 1;
     constexpr float kSteps[] = {0.25F, 0.5F, 1, 2};
     const auto level = static_cast<std::size_t>(octree::level_of(entry) - kFinestLevel);
@@ -109,7 +116,10 @@ class SampleCheck {
       const float low = std::max(sheet_.low[axis], from);
       const float high = std::min(sheet_.high[axis], from + static_cast<float>(edge));
       first[axis] = std::min(static_cast<std::uint32_t>((low - origin[axis]) / h), kCells - 1);
-      last[axis] = std::min(static_cast<std::uint32_t>((high - origin[axis]) / h), kCells - 1);
+      // Beyond the cube another entry may lead to other samples.
+      const float end = std::ceil((from + static_cast<float>(edge) - origin[axis]) / h) - 1;
+      last[axis] = std::min(
+          {static_cast<std::uint32_t>((high - origin[axis]) / h), static_cast<std::uint32_t>(end), kCells - 1});
     }
     std::uint32_t cell[3];
     for (cell[2] = first[2]; cell[2] <= last[2]; ++cell[2]) {
@@ -144,7 +154,7 @@ class SampleCheck {
            off[0] * off[0] + off[1] * off[1] + off[2] * off[2] <= farthest * farthest;
   }
 
-  [[nodiscard]] bool check_cell(const Cell& cell, int halvings) const {
+  bool check_cell(const Cell& cell, int halvings) {
     bool passes = true;
     for (std::uint32_t i = 0; i < 8; ++i) {
       const float place[3] = {cell.low[0] + cell.edge * static_cast<float>(i & 1),
@@ -155,6 +165,7 @@ class SampleCheck {
       passes = passes && off <= sheet_.tolerance;
     }
     if (passes || halvings == 0) return passes;
+    if (!spend(8)) return false;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
       const float from[3] = {0.5F * static_cast<float>(octant & 1), 0.5F * static_cast<float>(octant >> 1 & 1),
                              0.5F * static_cast<float>(octant >> 2)};
@@ -300,7 +311,7 @@ bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 
   constexpr float kInBand_vx = 0.3F;   // the floor is so far from the band's end
   constexpr float kCell_vx = 3.4642F;  // diagonal of the largest cells
   const float unit = map.voxel_size;
-  const float floor = map.band_outer / unit - kInBand_vx;
+  const float floor = std::min(map.band_outer / unit - kInBand_vx, kCell_vx + kBeside_vx);
   const float beyond = kCell_vx - floor - kBeside_vx;
   const float shown = (floor * kBeside_vx - 0.25F * beyond * beyond) / kCell_vx;
   if (end_of_band(map.band_outer, unit) < kBeside_vx * unit) return false;
