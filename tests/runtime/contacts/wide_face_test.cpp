@@ -157,5 +157,27 @@ TEST(WideFace, APlaneEndsWhereAHoleBegins) {
   for (const double beside : {-0.06, 0.05, 0.1}) EXPECT_TRUE(is_plane(0.05 + beside)) << beside;
 }
 
+// Each node leads to the next one in all octants, farther down than there are cubes.
+TEST(WideFace, NodesThatGoOnAreNoPlane) {
+  constexpr std::uint32_t kNodes = 1 << 18;
+  std::vector<std::uint32_t> nodes(std::size_t{8} * kNodes, kFarOutside);
+  for (std::uint32_t i = 0; i + 8 < nodes.size(); ++i) nodes[i] = octree::node_entry(i / 8 + 1);
+  const std::uint32_t root = octree::node_entry(0);
+  VoxelmapView map;
+  map.field = Field::scaled;
+  map.voxel_size = 1;
+  map.lambda = map.error = 0.02F;
+  map.band_inner = map.band_outer = 2.5F;
+  map.field_roots = &root;
+  map.field_nodes = nodes.data();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    map.dims[axis] = 16;
+    map.root_dims[axis] = 1;
+    map.bounds_min[axis] = 3;
+    map.bounds_max[axis] = 12;
+  }
+  EXPECT_FALSE(detail::is_plane_within(map, {{0, 0, 1}, 8}, {8, 8, 8.5F}, 2, 0.05F, 1 << 14));
+}
+
 }  // namespace
 }  // namespace vps::test
