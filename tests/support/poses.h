@@ -38,7 +38,7 @@ inline Pose turned_about_x(double angle) {
 
 /// About y, then about x.
 inline Pose turned_about_two_axes() {
-  return relative_pose(turned_about_x(-0.3), turned_about_y(0.4));
+  return relative_pose(turned_about_x(-0.5), turned_about_y(0.25));
 }
 
 inline Pose random_pose(Random& random, double distance) {
