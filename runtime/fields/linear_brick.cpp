@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 #include <utility>
 
 HWY_BEFORE_NAMESPACE();
@@ -123,21 +122,25 @@ bool is_below_here(const Code* codes, const octree::Slices& slices, const BrickT
   return hn::AllFalse(f32, any_above);
 }
 
-bool is_linear_8(const std::int8_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
-                 float height) {
-  return is_linear_here(codes, slices, test, wanted, height);
+// Asks a function of a brick's codes and slices.
+template <class Ask>
+bool ask_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, const Ask& ask) {
+  const octree::Slices slices = octree::slices_of(entry);
+  if (!test.has_rows[slices.axis]) fill_rows(test, slices.axis);
+  const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
+  if (map.element == ElementType::i8) return ask(static_cast<const std::int8_t*>(map.values) + first, slices);
+  return ask(static_cast<const std::int16_t*>(map.values) + first, slices);
 }
-bool is_linear_16(const std::int16_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
-                  float height) {
-  return is_linear_here(codes, slices, test, wanted, height);
+
+bool is_linear(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted, float height) {
+  return ask_brick(map, entry, test, [&](const auto* codes, const octree::Slices& slices) {
+    return is_linear_here(codes, slices, test, wanted, height);
+  });
 }
-bool is_below_8(const std::int8_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
-                float floor) {
-  return is_below_here(codes, slices, test, wanted, floor);
-}
-bool is_below_16(const std::int16_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
-                 float floor) {
-  return is_below_here(codes, slices, test, wanted, floor);
+bool is_below(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted, float floor) {
+  return ask_brick(map, entry, test, [&](const auto* codes, const octree::Slices& slices) {
+    return is_below_here(codes, slices, test, wanted, floor);
+  });
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -146,47 +149,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::detail {
 
-HWY_EXPORT(fill_rows);
-HWY_EXPORT(is_linear_8);
-HWY_EXPORT(is_linear_16);
-HWY_EXPORT(is_below_8);
-HWY_EXPORT(is_below_16);
-
-namespace {
-
-// Calls what is asked of a brick with its codes.
-template <class Ask>
-bool ask_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, Ask ask) {
-  const octree::Slices slices = octree::slices_of(entry);
-  if (!test.has_rows[slices.axis]) HWY_DYNAMIC_DISPATCH(fill_rows)(test, slices.axis);
-  const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
-  if (map.element == ElementType::i8) return ask(static_cast<const std::int8_t*>(map.values) + first, slices);
-  return ask(static_cast<const std::int16_t*>(map.values) + first, slices);
-}
-
-}  // namespace
+HWY_EXPORT(is_linear);
+HWY_EXPORT(is_below);
 
 bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
                      float height) noexcept {
-  const auto ask = [&](auto codes, const octree::Slices& slices) {
-    if constexpr (std::is_same_v<decltype(codes), const std::int8_t*>) {
-      return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, slices, test, wanted, height);
-    } else {
-      return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, slices, test, wanted, height);
-    }
-  };
-  return ask_brick(map, entry, test, ask);
+  return HWY_DYNAMIC_DISPATCH(is_linear)(map, entry, test, wanted, height);
 }
 
 bool is_brick_below(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted, float floor) noexcept {
-  const auto ask = [&](auto codes, const octree::Slices& slices) {
-    if constexpr (std::is_same_v<decltype(codes), const std::int8_t*>) {
-      return HWY_DYNAMIC_DISPATCH(is_below_8)(codes, slices, test, wanted, floor);
-    } else {
-      return HWY_DYNAMIC_DISPATCH(is_below_16)(codes, slices, test, wanted, floor);
-    }
-  };
-  return ask_brick(map, entry, test, ask);
+  return HWY_DYNAMIC_DISPATCH(is_below)(map, entry, test, wanted, floor);
 }
 
 }  // namespace vps::detail
