@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "runtime/fields/penetration.h"
 
@@ -31,7 +32,8 @@ Slides::Slides(const SlideOptions& options, std::span<SlidingContact> contacts, 
     : options_(options),
       contacts_(contacts),
       memory_(memory),
-      ring_(std::max(kRing_vx * options.voxel_size, kRingOfOther_vx * options.other_voxel_size)) {
+      ring_(std::max(kRing_vx * options.voxel_size, kRingOfOther_vx * options.other_voxel_size)),
+      rings_(std::clamp(static_cast<int>(std::ceil(options.spacing / ring_)), 1, kLongestWay)) {
   const auto is_shallower = [](const SlidingContact& a, const SlidingContact& b) {
     return a.at->penetration < b.at->penetration;
   };
@@ -99,6 +101,13 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
     sliders[count++] = {contact.at, &contact.slide, reach};
   }
   slide_to_deepest(bodies, {sliders.data(), count});
+  for (int i = 1; i < rings_; ++i) {
+    std::array<Slider, kTogether> farther;
+    const auto end = std::copy_if(sliders.begin(), sliders.begin() + count, farther.begin(), [](const Slider& one) {
+      return one.reach.arrival == nullptr && *one.slide == Slide::sloping;
+    });
+    slide_to_deepest(bodies, {farther.begin(), end});
+  }
   if (deepest < count) {
     const std::span<Slider> alone(&sliders[deepest], 1);
     Vec3 from = before[deepest_ - first].position;

@@ -45,6 +45,7 @@ const Slid* find_slid(std::span<const Slid> memory, std::uint32_t feature, bool 
 struct SlideOptions {
   float voxel_size = 0;        ///< of the shell's distances. [m]
   float other_voxel_size = 0;  ///< of the other body's; 0: it has none. [m]
+  float spacing = 0;           ///< of the shell: a place of its surface may be so far from a point. [m]
   bool only_deepest = false;   ///< the others stay
   bool rolls = false;  ///< contacts ahead lie on surfaces that roll past: those where the shell is steep are none
 };
@@ -87,6 +88,7 @@ class Slides {
   const std::span<SlidingContact> contacts_;
   std::vector<Slid>* const memory_;
   float ring_ = 0;
+  int rings_ = 1;  // that a contact may go
   std::size_t deepest_ = 0;
 };
 

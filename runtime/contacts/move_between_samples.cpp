@@ -76,8 +76,8 @@ std::size_t move_between_samples(const StepPair& pair, const Partner& partner, c
   sliding.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) sliding[i] = to_slide(found, contacts[i]);
   const float voxel = pair.distances.voxel_size;
-  const SlideOptions options{voxel, map != nullptr ? map->voxel_size : 0, !(found.rolling.reach > 0),
-                             found.turn > kRolls};
+  const SlideOptions options{voxel, map != nullptr ? map->voxel_size : 0, pair.shell.feature_covering_radius,
+                             !(found.rolling.reach > 0), found.turn > kRolls};
   Slides slides(options, sliding, recalled(pair, partner.sheet != nullptr ? partner.sheet->version() : 0, memory));
   if (!slides.recall()) {
     const PlacedField distances(pair.distances,

@@ -21,6 +21,21 @@ inline float touching_distance(double voxel_size) noexcept {
   return static_cast<float>(0.1 * voxel_size);
 }
 
+/// How far a place of the surface is from a point at most, where it is on no face. [vx]
+inline float spacing_vx(const PointshellView& shell, double voxel_size) noexcept {
+  return shell.feature_covering_radius / static_cast<float>(voxel_size);
+}
+
+/// How far off the surface points are sought that may touch. Between points the surface rises above them with the
+/// square of their spacing, by 0.1 voxels with default points on a bunny: what slides into contact from farther off
+/// would come and go, and a body on coarse points would never rest. Points more than a voxel off do not slide. [m]
+/// @param spacing_vx  the larger one of a pair
+inline float contact_distance(double voxel_size, float spacing_vx) noexcept {
+  constexpr float kDefault_vx = 1.5F;
+  const float ratio = std::max(spacing_vx / kDefault_vx, 1.0F);
+  return std::min(ratio * ratio * touching_distance(voxel_size), static_cast<float>(voxel_size));
+}
+
 /// The pair: where both bodies are and how they move.
 struct StepPair {
   const PointshellView& shell;

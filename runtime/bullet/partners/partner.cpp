@@ -119,13 +119,15 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
   const auto motion_of = [&](const PairBody& body) { return looks_ahead ? motion_in_step(body, step) : StepMotion(); };
   PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0};
   double voxel = std::numeric_limits<double>::max();
+  float spacing = 0;
   for (const PairBody* const body : {&first, &second}) {
     if (body->vps == nullptr) continue;
     voxel = std::min(voxel, body->vps->info().voxel_size);
+    spacing = std::max(spacing, detail::spacing_vx(body->vps->pointshell(), body->vps->info().voxel_size));
     out.margin += number(body->vps->getMargin());
   }
   if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);
-  out.query.distance = std::max(detail::touching_distance(voxel), number(distance));
+  out.query.distance = std::max(detail::contact_distance(voxel, spacing), number(distance));
   out.reach = double{out.query.distance + out.query.approach.way};
   return out;
 }

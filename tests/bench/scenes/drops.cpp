@@ -74,15 +74,6 @@ btQuaternion rotation(int play, int plays) {
   return {btScalar(r * std::sin(a)), btScalar(r * std::cos(a)), btScalar(q * std::sin(b)), btScalar(q * std::cos(b))};
 }
 
-std::vector<btVector3> shell_points(const bullet::Shape& shape) {
-  std::vector<btVector3> points;
-  for (std::uint32_t i = 0; i < shape.pointshell().points; ++i) {
-    const Vec3 p = point_position(shape.pointshell(), i);
-    points.push_back(btVector3(p.x, p.y, p.z) - shape.centre_of_mass());
-  }
-  return points;
-}
-
 // Of the body's own surface: Bullet's box is another body than the part inside it.
 std::vector<btVector3> surface_points(const BodySide& side) {
   if (side.kind != Kind::box) return shell_points(*side.part->baked);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/bench/scenes/scenes.h"
 
+#include <LinearMath/btConvexHullComputer.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,6 +41,22 @@ void add_if_sound(std::vector<BodySide>& sides, const std::string& name, Kind ki
   } else {
     fmt::print(stderr, "scene_bench: {} left out: {}\n", name, refusal);
   }
+}
+
+// Of all points of the shell: it rolls and rocks as the surface does.
+BodySide full_hull_side(const std::shared_ptr<const Asset>& asset) {
+  BodySide side{"", Kind::hull, part_of(asset)};
+  std::vector<btVector3> points = shell_points(*side.part->baked);
+  btConvexHullComputer computer;
+  computer.compute(points[0].m_floats, sizeof(btVector3), int(points.size()), 0, 0);
+  const auto hull = std::make_shared<btConvexHullShape>();
+  hull->setMargin(btScalar(lab::kPeerMargin));
+  for (int i = 0; i < computer.vertices.size(); ++i) hull->addPoint(computer.vertices[i], false);
+  hull->recalcLocalAabb();
+  side.part->hulls = {{}, hull};
+  const int count = hull->getNumPoints();
+  side.name = fmt::format("hull of {},{:03} vertices", count / 1000, count % 1000);
+  return side;
 }
 
 // @param mesh  in its own frame
@@ -120,6 +137,7 @@ Body Bodies::make_bunny() {
   }
   bunny_mesh_ = lab::centred(mesh, *first);
   add_if_sound(out.sides, "hull", Kind::hull, lab::hull_of_42(bunny_mesh_, lab::kPeerMargin), first);
+  out.sides.push_back(full_hull_side(first));
   if (options_.hacd == Hacd::with) add_hacd(out.sides, mesh, first, options_.work);
   return out;
 }
@@ -140,6 +158,15 @@ const Body& Bodies::get(const std::string& name) {
     return make_part(samples::make_box({0.01, 0.01, 0.01}), name == "cube" ? 0.0004 : 0.0008, kSteelDensity);
   };
   return bodies_.emplace(name, make()).first->second;
+}
+
+std::vector<btVector3> shell_points(const bullet::Shape& shape) {
+  std::vector<btVector3> points;
+  for (std::uint32_t i = 0; i < shape.pointshell().points; ++i) {
+    const Vec3 p = point_position(shape.pointshell(), i);
+    points.push_back(btVector3(p.x, p.y, p.z) - shape.centre_of_mass());
+  }
+  return points;
 }
 
 void prepare(test::World& world, double voxel) {

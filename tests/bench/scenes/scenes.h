@@ -98,6 +98,9 @@ class Bodies {
   TriangleMesh bunny_mesh_;
 };
 
+/// The points of a body's shell, about its centre of mass. [m]
+[[nodiscard]] std::vector<btVector3> shell_points(const bullet::Shape& shape);
+
 /// What happens in a play.
 struct Script {
   double step = 0;  ///< [s]
