@@ -23,9 +23,11 @@ struct BakedBody {
   std::shared_ptr<Asset> asset;
   PointshellView shell;
   VoxelmapView map;
-  explicit BakedBody(const TriangleMesh& mesh, double thin_faces = 1, double voxel = kVoxelSize) {
+  explicit BakedBody(const TriangleMesh& mesh, double thin_faces = 1, double voxel = kVoxelSize,
+                     double alpha = bake::BakeOptions().alpha) {
     bake::BakeOptions options;
     options.voxel_size = voxel;
+    options.alpha = alpha;
     options.thin_faces = thin_faces;
     asset = baked(mesh, options);
     EXPECT_EQ(asset->pointshell(shell), Status::ok);
@@ -128,6 +130,27 @@ TEST(StepContacts, ABallTouchesBetweenItsPoints) {
     ASSERT_EQ(step.contacts.size(), 1U) << turn;
     EXPECT_NEAR(step.contacts[0].penetration, 0.0001, 3e-5) << turn;
     EXPECT_NEAR(step.contacts[0].position[0], 0, 3e-4) << turn;
+  }
+}
+
+// In most rotations all points are outside.
+TEST(StepContacts, ABallOfCoarsePointsTouchesAsSoonAsItsSurfaceDoes) {
+  constexpr double kDepth = 0.0001;
+  const HalfSpaceField plane;
+  for (const double alpha : {1.5, 3.0, 4.0}) {
+    const BakedBody coarse(make_sphere(0.02, 5), 1, kVoxelSize, alpha);
+    Random random;
+    for (int n = 0; n < 40; ++n) {
+      StepBody body = coarse.at(0, 0, 0);
+      body.pose = random_pose(random, 0);
+      body.pose.translation[2] = 0.02 - kDepth;
+      Step step;
+      ASSERT_EQ(step.find(body, {plane, Pose()}), Status::ok);
+      ASSERT_EQ(step.contacts.size(), 1U) << alpha << ", " << n;
+      EXPECT_NEAR(step.contacts[0].penetration, kDepth, 5e-5) << alpha << ", " << n;
+      EXPECT_NEAR(step.contacts[0].position[0], 0, 6e-4) << alpha << ", " << n;
+      EXPECT_NEAR(step.contacts[0].position[1], 0, 6e-4) << alpha << ", " << n;
+    }
   }
 }
 
