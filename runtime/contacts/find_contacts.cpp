@@ -12,6 +12,7 @@
 #include "runtime/contacts/arriving_contacts.h"
 #include "runtime/contacts/refine_contacts.h"
 #include "runtime/contacts/round_contacts.h"
+#include "runtime/contacts/solid_on_plane.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 
@@ -264,9 +265,26 @@ void add_corners(const FieldQuery& query, FoundContacts& found) {
   found.contacts = contacts;
 }
 
+// The contacts of a solid on flat baked ground. @return whether the ground is flat there
+bool find_on_plane(const FieldQuery& query, FoundContacts& found) {
+  std::vector<Contact>& contacts = query.space.on_map;
+  contacts.clear();
+  const std::optional<float> most =
+      add_contacts_on_plane(query.pair, query.partner, query.options.contact_distance, query.memory.ground, contacts);
+  if (!most) return false;
+  query.memory.choice = {};
+  found.most = *most;
+  found.has_map_contacts = true;
+  found.contacts = contacts;
+  return true;
+}
+
 Status find_in_solid(const FieldQuery& query, FoundContacts& found) {
   const StepPair& pair = query.pair;
   const Partner& partner = query.partner;
+  // Springs act on the areas of points.
+  const bool needs_points = pair.segment_level > 0 || pair.has_springs();
+  if (!needs_points && !found.is_joint && partner.map() == nullptr && find_on_plane(query, found)) return Status::ok;
   const bool has_hits = query.chooses && has_hits_only(partner);
   const Status status =
       has_hits ? find_rows(query, found)
@@ -275,8 +293,7 @@ Status find_in_solid(const FieldQuery& query, FoundContacts& found) {
   if (partner.convex != nullptr && !has_hits) {
     finish_convex(pair, partner, query.options.contact_distance, found);
   }
-  // Springs act on the areas of points.
-  if (pair.segment_level > 0 || pair.has_springs()) return status;
+  if (needs_points) return status;
   if (const std::optional<Round> round = round_of(partner.field); round) {
     use_distances(query, *round, found);
   } else {

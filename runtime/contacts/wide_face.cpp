@@ -62,11 +62,21 @@ std::optional<Foot> foot_of(const VoxelmapView& map, Vec3 from, float most) {
   return {};
 }
 
+// Ground that is level in the grid of its samples stays so: their rounding tilts a plane by less.
+Vec3 without_noise(Vec3 normal) {
+  constexpr float kNoise = 4e-4F;  // [rad]
+  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+    const Vec3 aside = cross(normal, axis);
+    if (dot(aside, aside) < kNoise * kNoise) return dot(normal, axis) > 0 ? axis : -1.0F * axis;
+  }
+  return normal;
+}
+
 // The plane through a surface around a foot: that of the least squares, of places in a square, whose V are rounded.
 // Nothing where they are in no plane.
 std::optional<HalfSpaceField> fit_plane(const VoxelmapView& map, Foot foot, float half_edge) {
   constexpr int kAlong[] = {2, 2, 8};  // places along an edge, in steps that come closer
-  const float most = 4 * kFlat_vx * map.voxel_size;
+  const float most = kFlat_vx * map.voxel_size;
   for (const int along : kAlong) {
     const Vec3 aside = cross(std::abs(foot.normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, foot.normal);
     const Vec3 u = (half_edge / length(aside)) * aside;
@@ -86,12 +96,16 @@ std::optional<HalfSpaceField> fit_plane(const VoxelmapView& map, Foot foot, floa
       rise_v += b * height;
       squares += a * a;
     }
+    mean /= static_cast<float>(along * along);
+    // Curved ground is below the tangent plane at all four corners.
+    if (!(std::abs(mean) <= most)) return {};
     const float by = 1 / (squares * half_edge * half_edge);
     const Vec3 normal = foot.normal - by * (rise_u * u + rise_v * v);
-    foot.place = foot.place + mean / static_cast<float>(along * along) * foot.normal;
+    foot.place = foot.place + mean * foot.normal;
     foot.normal = (1 / length(normal)) * normal;
   }
-  return HalfSpaceField{foot.normal, dot(foot.normal, foot.place)};
+  const Vec3 normal = without_noise(foot.normal);
+  return HalfSpaceField{normal, dot(normal, foot.place)};
 }
 
 // What is known of the ball around a shell whose centre is the nearest place of a grid.
@@ -139,15 +153,19 @@ std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, floa
   return map != nullptr ? face_of(*map, pair, distance, cache) : std::nullopt;
 }
 
+const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory) {
+  if (map.field != Field::scaled) return nullptr;
+  const KnownGround& wide = ground_around(map, centre, reach, kWideGrid_vx, memory.wide);
+  if (wide.is_flat) return &wide.plane;
+  const KnownGround& narrow = ground_around(map, centre, reach, kNarrowGrid_vx, memory.narrow);
+  return narrow.is_flat ? &narrow.plane : nullptr;
+}
+
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {
   const VoxelmapView* const map = partner.map();
-  if (map == nullptr || map->field != Field::scaled || pair.shell.points == 0) return nullptr;
+  if (map == nullptr || pair.shell.points == 0) return nullptr;
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
-  const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
-  const KnownGround& wide = ground_around(*map, centre, reach, kWideGrid_vx, memory.wide);
-  if (wide.is_flat) return &wide.plane;
-  const KnownGround& narrow = ground_around(*map, centre, reach, kNarrowGrid_vx, memory.narrow);
-  return narrow.is_flat ? &narrow.plane : nullptr;
+  return flat_around(*map, centre, kStretch * sphere_radius(pair.shell, 0) + distance, memory);
 }
 
 }  // namespace vps::detail

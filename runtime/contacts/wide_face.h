@@ -21,5 +21,8 @@ std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, floa
 /// proven.
 /// @param distance  as above
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
+/// The same around a ball.
+/// @param centre, reach  its centre and radius, map's frame. [m]
+const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory);
 
 }  // namespace vps::detail
