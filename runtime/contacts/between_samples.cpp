@@ -81,6 +81,7 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
   std::array<Slider, kTogether> sliders;
   std::array<Contact, kTogether> before;
   std::array<HalfSpaceField, kTogether> arrivals;
+  std::array<Vec3, kTogether> from;  // of the sliders, before they last slid
   std::size_t count = 0;
   std::size_t deepest = kTogether;  // among the sliders
   for (std::size_t i = first; i < last; ++i) {
@@ -98,26 +99,27 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
       reach = {kRing_vx * options_.voxel_size, &arrivals[i - first]};
     }
     if (i == deepest_) deepest = count;
+    from[count] = contact.at->position;
     sliders[count++] = {contact.at, &contact.slide, reach};
   }
   slide_to_deepest(bodies, {sliders.data(), count});
-  for (int i = 1; i < rings_; ++i) {
+  // From the same place a contact would go nowhere again.
+  const auto goes_on = [&](std::size_t i) {
+    const Vec3 at = sliders[i].contact->position;
+    const bool has_moved = length(at - from[i]) > 0;
+    from[i] = at;
+    return has_moved && *sliders[i].slide == Slide::sloping;
+  };
+  for (int ring = 1; ring < rings_; ++ring) {
     std::array<Slider, kTogether> farther;
-    const auto end = std::copy_if(sliders.begin(), sliders.begin() + count, farther.begin(), [](const Slider& one) {
-      return one.reach.arrival == nullptr && *one.slide == Slide::sloping;
-    });
-    slide_to_deepest(bodies, {farther.begin(), end});
-  }
-  if (deepest < count) {
-    const std::span<Slider> alone(&sliders[deepest], 1);
-    Vec3 from = before[deepest_ - first].position;
-    for (int i = 1; i < kLongestWay && *alone[0].slide == Slide::sloping; ++i) {
-      const Vec3 at = alone[0].contact->position;
-      // From the same place it would go nowhere again.
-      if (!(length(at - from) > 0)) break;
-      from = at;
-      slide_to_deepest(bodies, alone);
+    std::size_t going = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (sliders[i].reach.arrival == nullptr && goes_on(i)) farther[going++] = sliders[i];
     }
+    slide_to_deepest(bodies, {farther.data(), going});
+  }
+  for (int ring = rings_; deepest < count && ring < kLongestWay && goes_on(deepest); ++ring) {
+    slide_to_deepest(bodies, {&sliders[deepest], 1});
   }
   for (std::size_t i = first; i < last; ++i) {
     SlidingContact& contact = contacts_[i];

@@ -284,7 +284,10 @@ Status find_in_solid(const FieldQuery& query, FoundContacts& found) {
   const Partner& partner = query.partner;
   // Springs act on the areas of points.
   const bool needs_points = pair.segment_level > 0 || pair.has_springs();
-  if (!needs_points && !found.is_joint && partner.map() == nullptr && find_on_plane(query, found)) return Status::ok;
+  // A plane that is proven for one query costs more than it saves.
+  const bool takes_plane = query.memory.is_lasting && (query.memory.last_count > 0 || pair.shell_motion != nullptr) &&
+                           pair.use == StepUse::constraints && pair.segment_level == 0 && !found.is_joint;
+  if (takes_plane && partner.map() == nullptr && find_on_plane(query, found)) return Status::ok;
   const bool has_hits = query.chooses && has_hits_only(partner);
   const Status status =
       has_hits ? find_rows(query, found)

@@ -36,25 +36,33 @@ void add_rim(float radius, float height, Vec3 down, Outermost& out) {
   for (const Vec3 place : {u, v, -1.0F * u, -1.0F * v}) out.add(place + Vec3{0, 0, height});
 }
 
-// How far a solid reaches from its frame's origin. Nothing where that is more than `most`, or the solid is another. [m]
-std::optional<float> radius_of(const Partner& partner, float most) {
-  float radius = 0;
-  for (const Vec3 corner : partner.corners.places) {
-    radius = std::max(radius, length(corner) + partner.corners.margin);
-    if (!(radius <= most)) return {};
+// A ball that holds a solid, solid's frame. [m]
+struct Ball {
+  Vec3 centre;
+  float radius = 0;  // 0: the solid is another
+};
+Ball ball_around(const Partner& partner) {
+  Ball ball;
+  const std::span<const Vec3> corners = partner.corners.places;
+  if (!corners.empty()) {
+    Vec3 low = corners[0];
+    Vec3 high = corners[0];
+    for (const Vec3 corner : corners) {
+      low = {std::min(low.x, corner.x), std::min(low.y, corner.y), std::min(low.z, corner.z)};
+      high = {std::max(high.x, corner.x), std::max(high.y, corner.y), std::max(high.z, corner.z)};
+    }
+    return {0.5F * (low + high), 0.5F * length(high - low) + partner.corners.margin};
   }
-  if (partner.corners.places.empty()) {
-    partner.field.visit([&](const auto& field) {
-      using Kind = std::remove_cvref_t<decltype(field)>;
-      if constexpr (std::is_same_v<Kind, SphereField>) radius = field.radius;
-      if constexpr (std::is_same_v<Kind, RevolvedField>) {
-        const bool is_capsule = field.profile == RevolvedField::Profile::capsule;
-        radius = field.rounding +
-                 (is_capsule ? field.half_height + field.radius : std::hypot(field.half_height, field.radius));
-      }
-    });
-  }
-  return radius > 0 && radius <= most ? std::optional(radius) : std::nullopt;
+  partner.field.visit([&](const auto& field) {
+    using Kind = std::remove_cvref_t<decltype(field)>;
+    if constexpr (std::is_same_v<Kind, SphereField>) ball.radius = field.radius;
+    if constexpr (std::is_same_v<Kind, RevolvedField>) {
+      const bool is_capsule = field.profile == RevolvedField::Profile::capsule;
+      ball.radius = field.rounding +
+                    (is_capsule ? field.half_height + field.radius : std::hypot(field.half_height, field.radius));
+    }
+  });
+  return ball;
 }
 
 // @param down  into the ground, solid's frame, unit
@@ -95,21 +103,29 @@ Outermost outermost_of(const Partner& partner, Vec3 down) {
 
 std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& partner, float distance,
                                            GroundMemory& memory, std::vector<Contact>& contacts) {
-  // On a larger body the shell's is a foot.
-  const std::optional<float> radius = radius_of(partner, longest_side(pair.distances) / 2);
-  if (!radius) return {};
+  const VoxelmapView& map = pair.distances;
+  const Ball ball = ball_around(partner);
+  // Around a large solid few bodies are flat, and to find that out takes longer than to look up the contacts.
+  constexpr float kLargest_vx = 48;
+  const float most_radius = std::min(longest_side(map) / 2, kLargest_vx * map.voxel_size);
+  if (!(ball.radius > 0 && ball.radius <= most_radius) || pair.shell.points == 0) return {};
+  if (check_pose(pair.shell_to_field) != Status::ok) return {};
   const Transform to_shell = pair.to_shell();
-  const HalfSpaceField* const plane = flat_around(pair.distances, to_shell.apply({}), *radius + distance, memory);
+  constexpr float kSlow_vx = 6;
+  const bool is_slow = distance < kSlow_vx * map.voxel_size;
+  const HalfSpaceField* const plane =
+      flat_around(map, to_shell.apply(ball.centre), kStretch * ball.radius + distance, is_slow, memory);
   if (plane == nullptr) return {};
   const Vec3 down = -1.0F * to_shell.rotate_back(plane->outward_normal);
   const Outermost outermost = outermost_of(partner, down);
+  constexpr float kNear_vx = 0.2F;  // of the plane and the samples
   float most = -distance;
   for (std::size_t i = 0; i < outermost.count; ++i) {
     const Vec3 place = outermost.places[i];
     const float v = value_at(*plane, to_shell.apply(place));
     Contact contact;
     contact.penetration = v + outermost.thickness;
-    most = std::max(most, contact.penetration);
+    most = std::max(most, contact.penetration + kNear_vx * map.voxel_size);
     if (!(contact.penetration >= -distance)) continue;
     contact.inward_normal = down;
     contact.position = place - v * down;

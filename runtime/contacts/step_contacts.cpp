@@ -56,10 +56,6 @@ float voxel_of(const StepBody& body) noexcept {
                                                          : std::numeric_limits<float>::infinity();
 }
 
-float spacing_of(const StepBody& body) noexcept {
-  return body.shell != nullptr ? spacing_vx(*body.shell, double{voxel_of(body)}) : 0;
-}
-
 RoleSide side_of(const StepBody& body) noexcept {
   return {body.shell, has_field(body), double{voxel_of(body)}};
 }
@@ -146,11 +142,11 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
       partner.corners.places = corners;
     }
   });
-  // Between points that are a little apart the surfaces may touch.
-  const float spacing = std::max(spacing_of(shell), spacing_of(field));
-  const bool are_places = step.options.use == StepUse::constraints;
-  const float sought = are_places ? contact_distance(pair.voxel_size, spacing) : 0;
-  SideQuery query{std::max(step.options.distance, sought), step.both};
+  // Between coarse points that are a little apart the surfaces may touch.
+  const float touching = pair.touching();
+  const float near = contact_distance(pair.voxel_size, spacing_vx(pair.shell, pair.shell_voxel));
+  const bool are_coarse = step.options.use == StepUse::constraints && near > std::max(step.options.distance, touching);
+  SideQuery query{are_coarse ? near : step.options.distance, step.both};
   query.approach = approach(pair);
   query.most = step.most;
   const double reach = double{query.distance + query.approach.way};
@@ -169,7 +165,7 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   const double* const r = frame.rotation;
   const float farthest = step.options.distance + query.approach.way;
   for (const Contact& contact : side.contacts) {
-    if (contact.penetration < -farthest) continue;
+    if (are_coarse && contact.penetration < -farthest) continue;
     const Vec3 n = contact.inward_normal;
     const Vec3 middle = contact.position + contact.penetration / 2 * n;
     StepContact& out = step.scratch.found.emplace_back();

@@ -15,7 +15,8 @@
 namespace vps::detail {
 
 /// Points up to this far off the surface touch, so that a resting contact survives the noise of a step. With a whole
-/// voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
+/// voxel, a bunny of default points on a box tests five times as many, and its flickering manifold never comes to
+/// rest. [m]
 /// @param voxel_size  the smaller one of a pair. [m]
 inline float touching_distance(double voxel_size) noexcept {
   return static_cast<float>(0.1 * voxel_size);
@@ -29,7 +30,7 @@ inline float spacing_vx(const PointshellView& shell, double voxel_size) noexcept
 /// How far off the surface points are sought that may touch. Between points the surface rises above them with the
 /// square of their spacing, by 0.1 voxels with default points on a bunny: what slides into contact from farther off
 /// would come and go, and a body on coarse points would never rest. Points more than a voxel off do not slide. [m]
-/// @param spacing_vx  the larger one of a pair
+/// @param spacing_vx  of the body that gives the points
 inline float contact_distance(double voxel_size, float spacing_vx) noexcept {
   constexpr float kDefault_vx = 1.5F;
   const float ratio = std::max(spacing_vx / kDefault_vx, 1.0F);

@@ -2,6 +2,7 @@
 // Finds out whether a partner is flat around a shell.
 #include "runtime/contacts/wide_face.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <type_traits>
@@ -108,6 +109,16 @@ std::optional<HalfSpaceField> fit_plane(const VoxelmapView& map, Foot foot, floa
   return HalfSpaceField{normal, dot(normal, foot.place)};
 }
 
+// Whether a plane is that of the side of a thin body where the shell is. The centre of the grid's ball may be on the
+// other side.
+bool is_of_this_side(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre) {
+  constexpr float kOfBand = 0.75F;  // farther out V is rough
+  constexpr float kSame_vx = 0.5F;
+  const auto in_band = [&](float v) { return std::clamp(v, -kOfBand * map.band_outer, kOfBand * map.band_inner); };
+  const float difference = in_band(voxelmap_penetration(map, centre, {})) - in_band(value_at(plane, centre));
+  return std::abs(difference) <= kSame_vx * map.voxel_size;
+}
+
 // What is known of the ball around a shell whose centre is the nearest place of a grid.
 const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
                                  std::array<KnownGround, 2>& known) {
@@ -153,19 +164,22 @@ std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, floa
   return map != nullptr ? face_of(*map, pair, distance, cache) : std::nullopt;
 }
 
-const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory) {
+const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, bool has_ends,
+                                  GroundMemory& memory) {
   if (map.field != Field::scaled) return nullptr;
-  const KnownGround& wide = ground_around(map, centre, reach, kWideGrid_vx, memory.wide);
-  if (wide.is_flat) return &wide.plane;
-  const KnownGround& narrow = ground_around(map, centre, reach, kNarrowGrid_vx, memory.narrow);
-  return narrow.is_flat ? &narrow.plane : nullptr;
+  const auto plane_of = [&](float grid_vx, std::array<KnownGround, 2>& known) -> const HalfSpaceField* {
+    const KnownGround& ground = ground_around(map, centre, reach, grid_vx, known);
+    return ground.is_flat && is_of_this_side(map, ground.plane, centre) ? &ground.plane : nullptr;
+  };
+  const HalfSpaceField* const wide = plane_of(kWideGrid_vx, memory.wide);
+  return wide != nullptr || !has_ends ? wide : plane_of(kNarrowGrid_vx, memory.narrow);
 }
 
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {
   const VoxelmapView* const map = partner.map();
   if (map == nullptr || pair.shell.points == 0) return nullptr;
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
-  return flat_around(*map, centre, kStretch * sphere_radius(pair.shell, 0) + distance, memory);
+  return flat_around(*map, centre, kStretch * sphere_radius(pair.shell, 0) + distance, true, memory);
 }
 
 }  // namespace vps::detail

@@ -23,6 +23,8 @@ std::optional<Vec3> even_face(const StepPair& pair, const Partner& partner, floa
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
 /// The same around a ball.
 /// @param centre, reach  its centre and radius, map's frame. [m]
-const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory);
+/// @param has_ends       also near the end of a face, where the plane is proven anew after each voxel of motion
+const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, bool has_ends,
+                                  GroundMemory& memory);
 
 }  // namespace vps::detail

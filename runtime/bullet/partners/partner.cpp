@@ -122,8 +122,12 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
   float spacing = 0;
   for (const PairBody* const body : {&first, &second}) {
     if (body->vps == nullptr) continue;
-    voxel = std::min(voxel, body->vps->info().voxel_size);
-    spacing = std::max(spacing, detail::spacing_vx(body->vps->pointshell(), body->vps->info().voxel_size));
+    const double own = body->vps->info().voxel_size;
+    // The finer body gives the points, of two that are about as fine either.
+    if (own < 2 * voxel) {
+      spacing = std::max(own < voxel / 2 ? 0 : spacing, detail::spacing_vx(body->vps->pointshell(), own));
+    }
+    voxel = std::min(voxel, own);
     out.margin += number(body->vps->getMargin());
   }
   if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);

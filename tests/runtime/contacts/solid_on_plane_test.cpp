@@ -47,7 +47,10 @@ void expect_contacts_of_plane(const ObliqueGround& ground, FieldRef solid, Pose 
   StepContact room[4];
   std::span<StepContact> found(room);
   StepScratch scratch;
-  ASSERT_EQ(step_contacts({solid, pose}, ground.body(), {}, scratch, found), Status::ok);
+  StepMemory memory;
+  const StepMotion stands;
+  const StepOptions options{0, StepUse::constraints, &memory};
+  ASSERT_EQ(step_contacts({solid, pose, nullptr, &stands}, ground.body(), options, scratch, found), Status::ok);
   ASSERT_GE(found.size(), least);
   EXPECT_NEAR(found[0].penetration, kDeep, 0.03 * kUnit);
   for (std::size_t i = 0; i + 1 < least; ++i) {
@@ -110,6 +113,47 @@ TEST_F(SolidOnPlane, ThoseThatStandHaveContactsAllAround) {
   expect_contacts_of_plane(*ground_, RevolvedField{Profile::cone, 0.02F, 0.03F, 0}, pose_at(0.01, 0.02, 0), 0.03, 4);
   expect_contacts_of_plane(*ground_, RevolvedField{Profile::capsule, 0.02F, 0.03F, 0},
                            turned_about_x(std::numbers::pi / 2), 0.02, 2);
+}
+
+// The middle of a ball in which the plane is sought may be on the other side of the plate.
+TEST(ThinPlate, PushesBodiesToTheirSide) {
+  bake::BakeOptions options;
+  options.voxel_size = 0.01;
+  const std::shared_ptr<Asset> plate = baked(make_box({0.5, 0.5, 0.01}, {0, 0, 0.015}), options);
+  options.voxel_size = 0.002;
+  const std::shared_ptr<Asset> cube = baked(make_box({0.01, 0.01, 0.01}), options);
+  PointshellView plate_shell;
+  PointshellView cube_shell;
+  VoxelmapView plate_map;
+  VoxelmapView cube_map;
+  ASSERT_EQ(plate->pointshell(plate_shell), Status::ok);
+  ASSERT_EQ(plate->voxelmap(plate_map), Status::ok);
+  ASSERT_EQ(cube->pointshell(cube_shell), Status::ok);
+  ASSERT_EQ(cube->voxelmap(cube_map), Status::ok);
+  const SphereField ball{0.012F};
+  const BoxField box{{0.01F, 0.01F, 0.01F}};
+  Random random;
+  for (int n = 0; n < 100; ++n) {
+    const double side = n % 2 == 0 ? 1 : -1;
+    const double x = random.between(-0.3, 0.3);
+    const double y = random.between(-0.3, 0.3);
+    const auto at = [&](double half) { return pose_at(x, y, 0.015 + side * (0.01 + half - kDeep)); };
+    for (const StepBody& body : {StepBody{ball, at(double{ball.radius})}, StepBody{box, at(0.01)},
+                                 StepBody{cube_map, at(0.01), &cube_shell}}) {
+      StepMemory memory;
+      StepScratch scratch;
+      for (int step = 0; step < 2; ++step) {
+        StepContact room[4];
+        std::span<StepContact> found(room);
+        ASSERT_EQ(
+            step_contacts(body, {plate_map, Pose(), &plate_shell}, {0, StepUse::constraints, &memory}, scratch, found),
+            Status::ok);
+        ASSERT_FALSE(found.empty());
+        EXPECT_GT(side * found[0].normal.z, 0.99) << n << ", step " << step;
+        EXPECT_NEAR(found[0].penetration, kDeep, 1e-3) << n << ", step " << step;
+      }
+    }
+  }
 }
 
 }  // namespace
