@@ -25,6 +25,7 @@ struct ShellContacts {
   Manifolds manifolds;
   detail::PairMemory memory;  // as long as the shapes stay as they are
   PairPartner partner;
+  bool are_all = false;  // in this step: the other body's points are not needed
 
   explicit ShellContacts(btDispatcher* dispatcher) : manifolds(dispatcher) {}
   void forget() { memory = {}, partner = {}; }
@@ -88,7 +89,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Pair pair = assign_roles(a, b);
   if (pair.shell.object != a.object) std::swap(step.motions[0], step.motions[1]);
   double gap = find(sides_[0], pair, step, result);
-  if (pair.both) {
+  if (pair.both && !(sides_[0] != nullptr && sides_[0]->are_all)) {
     std::swap(step.motions[0], step.motions[1]);
     gap = std::min(gap, find(sides_[1], {pair.field, pair.shell, pair.both}, step, result));
   } else {
@@ -101,6 +102,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
                               btManifoldResult* result) {
   const detail::StepPair of_step = in_step(pair, &step);
   const double reach = step.reach + double{of_step.margin};
+  if (side != nullptr) side->are_all = false;
   double gap = side != nullptr ? side->memory.known_distance(of_step) : 0;
   if (!(gap > reach) && (side == nullptr || !side->memory.touched)) gap = distance_to_box(of_step, box_of(pair.field));
   if (gap > reach) {
@@ -122,6 +124,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
     side->memory.leave_apart();
     return 0;
   }
+  side->are_all = found.are_all;
   const btTransform frame = to_bt(found.in_shell_frame ? of_step.shell_pose : of_step.field_pose);
   side->manifolds.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
   return found.contacts.empty() ? side->memory.known_distance(of_step) : 0;

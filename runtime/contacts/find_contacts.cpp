@@ -108,11 +108,14 @@ bool has_hits_only(const Partner& partner) {
 
 // Gives hits the V of the body where its planes only bound it, and removes those that are no contacts.
 void keep_hits(const FieldQuery& query, ContactRows& hits) {
-  if (query.partner.convex == nullptr) return;
+  const Partner& partner = query.partner;
+  if (partner.convex == nullptr && partner.tops == nullptr) return;
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < hits.count; ++i) {
     const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
-    const float v = query.partner.convex->penetration(place, hits.penetration[i]);
+    if (partner.tops != nullptr && !partner.has_ground(place)) continue;
+    const float v =
+        partner.convex != nullptr ? partner.convex->penetration(place, hits.penetration[i]) : hits.penetration[i];
     if (!(v >= -query.options.contact_distance)) continue;
     for (float* const row : hits.position) row[kept] = row[i];
     hits.feature[kept] = hits.feature[i];
@@ -293,6 +296,12 @@ Status find_in_solid(const FieldQuery& query, FoundContacts& found) {
       has_hits ? find_rows(query, found)
                : partner.field.visit([&](const auto& field) { return find_in_field(query, field, found); });
   if (status != Status::ok || partner.map() != nullptr) return status;
+  if (partner.tops != nullptr) {
+    const auto is_over_hole = [&](const Contact& contact) { return !partner.has_ground(contact.position); };
+    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_over_hole);
+    found.contacts = {found.contacts.begin(), last};
+    return status;
+  }
   if (partner.convex != nullptr && !has_hits) {
     finish_convex(pair, partner, query.options.contact_distance, found);
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "runtime/contacts/wide_face.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
 
@@ -86,10 +87,7 @@ std::optional<Round> round_of(FieldRef field) noexcept {
 }
 
 bool takes_round(const VoxelmapView& map, float radius) noexcept {
-  if (map.field == Field::none) return false;
-  float longest = 0;
-  for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, map.bounds_max[axis] - map.bounds_min[axis]);
-  return radius <= longest;
+  return map.field != Field::none && radius <= longest_side(map);
 }
 
 bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::span<Contact> seeds, float reach,

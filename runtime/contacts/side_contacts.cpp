@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/contacts/refine_contacts.h"
+#include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/contacts/wide_face.h"
 
 namespace vps::detail {
@@ -110,6 +111,14 @@ struct Side {
   PairMemory& memory;
   Workspace& space;
 };
+
+// Whether no point of the shell is deeper in a plane. [m]
+bool lies_on(const StepPair& pair, HalfSpaceField plane, float deep, Workspace& space) {
+  plane.offset -= deep;
+  QueryResult result;
+  const Status status = traverse_contacts(pair.shell, plane, pair.shell_to_field, {}, space.scratch, {}, result);
+  return status == Status::ok && result.contacts == 0;
+}
 
 // Remembers how far apart a pair without contacts is. A query may only have proven that the bodies do not touch, and
 // the pair would be asked in each step. So a pair that stays near is looked at again, some steps of its motion farther.
@@ -242,7 +251,17 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   const bool takes_plane = !approach.is_joint && !pair.has_springs() && pair.segment_level == 0;
   const HalfSpaceField* const ground =
       takes_plane ? flat_ground(pair, whole, query.distance + pair.margin + approach.way, memory.ground) : nullptr;
-  const Partner partner = ground != nullptr ? Partner{*ground, nullptr, nullptr, {}, whole.radius} : whole;
+  // Over slots a flat part's edges meet those of the ground, and no direction between their faces is that of a contact.
+  constexpr float kOn_vx = 0.5F;
+  const float farthest = query.distance + pair.margin + approach.way;
+  const HalfSpaceField* tops =
+      takes_plane && ground == nullptr ? top_plane(pair, whole, farthest, memory.ground) : nullptr;
+  if (tops != nullptr && !lies_on(pair, *tops, kOn_vx * static_cast<float>(pair.voxel_size), space)) tops = nullptr;
+  Partner partner = whole;
+  if (ground != nullptr || tops != nullptr) {
+    partner = Partner{ground != nullptr ? *ground : *tops, nullptr, nullptr, {}, whole.radius};
+    if (tops != nullptr) partner.tops = whole.map();
+  }
   keep_face(pair, partner, memory);
   memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
   const float way = memory.is_carried ? 0 : approach.way;
@@ -252,7 +271,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   QueryOptions options;
   options.contact_distance = query.distance + way;
   options.segment_level = pair.segment_level;
-  options.leaves_faces = query.leaves_faces;
+  options.leaves_faces = query.leaves_faces && tops == nullptr;
   // With a margin contacts press before they are inside.
   if (pair.has_springs() && !(pair.margin > 0)) options.flat_patches = query.flat_patches;
   if (way > 0 || needs_many) {
@@ -271,8 +290,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   }
   if (way > 0) keep_arriving(pair, partner, found);
   // A pair that stands still is known to have no contacts from its second step on: it seeks its gap once.
-  const bool seeks_gap =
-      ground == nullptr && !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
+  const bool seeks_gap = ground == nullptr && tops == nullptr && !(found.are_known && memory.gap.sought) &&
+                         partner.sheet == nullptr && memory.is_lasting;
   if (seeks_gap && found.hits.count == 0 && found.contacts.empty()) {
     remember_gap({pair, partner, query, memory, space}, found, before);
   }
@@ -297,7 +316,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
     few.resize(move_between_samples(pair, partner, found, memory, space, few));
   }
   memory.remember(few);
-  out = {few, found.in_shell_frame, found.reach};
+  out = {few, found.in_shell_frame, found.reach, tops != nullptr};
   return Status::ok;
 }
 

@@ -19,6 +19,7 @@ struct SideContacts {
   std::span<ManifoldContact> contacts;  ///< in order of their slots; until the workspace's next use
   bool in_shell_frame = false;          ///< else in the field's
   float reach = 0;                      ///< largest distance of a contact off the surface. [m]
+  bool are_all = false;                 ///< the other body's points are not needed
 };
 
 /// A box about a body, in the frame of its field.

@@ -21,12 +21,6 @@ struct Outermost {
   void add(Vec3 place) { places[count++] = place; }
 };
 
-float longest_side(const VoxelmapView& map) {
-  float longest = 0;
-  for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, map.bounds_max[axis] - map.bounds_min[axis]);
-  return longest;
-}
-
 // Four places of a rim, of which the first is the deepest.
 void add_rim(float radius, float height, Vec3 down, Outermost& out) {
   const float across = std::hypot(down.x, down.y);

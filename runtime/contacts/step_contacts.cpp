@@ -117,7 +117,9 @@ struct BothSides {
 
 // Adds the contacts of one body's points to those of the pair, in the world.
 // @param sign  of the normal: 1 where the shell's body is the first
-Status add_side(const BothSides& step, const StepBody& shell, const StepBody& field, float sign, PairMemory& memory) {
+// @param are_all  set: the other body's points are not needed
+Status add_side(const BothSides& step, const StepBody& shell, const StepBody& field, float sign, PairMemory& memory,
+                bool& are_all) {
   static const VoxelmapView none;
   static const StepMotion stands;
   const VoxelmapView* const map = map_of(shell);
@@ -161,6 +163,7 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   SideContacts side;
   const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
   if (status != Status::ok) return status;
+  are_all = side.are_all;
   const Pose& frame = side.in_shell_frame ? shell.pose : field.pose;
   const double* const r = frame.rotation;
   const float farthest = step.options.distance + query.approach.way;
@@ -207,6 +210,7 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
     const BothSides step{options, both, out.size(), *scratch.content};
     std::vector<StepContact>& found = scratch.content->found;
     found.clear();
+    bool are_all = false;
     const auto add = [&](bool of_first) {
       const StepBody& shell = of_first ? first : second;
       const StepBody& field = of_first ? second : first;
@@ -214,14 +218,14 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
       if (memory != nullptr) {
         StepMemory::Content::Side& side = memory->content->sides[of_first ? 0 : 1];
         if (const std::uint64_t bodies = id_of(shell, field); side.bodies != bodies) side = {{}, bodies};
-        return add_side(step, shell, field, sign, side.memory);
+        return add_side(step, shell, field, sign, side.memory, are_all);
       }
       PairMemory none;
       none.is_lasting = false;
-      return add_side(step, shell, field, sign, none);
+      return add_side(step, shell, field, sign, none, are_all);
     };
     status = add(roles.first_gives);
-    if (status == Status::ok && both) status = add(!roles.first_gives);
+    if (status == Status::ok && both && !are_all) status = add(!roles.first_gives);
     if (status != Status::ok) return;
     const float alike = 0.02F * std::min(voxel_of(first), voxel_of(second));
     const auto penetration = [&](std::size_t i) { return found[i].penetration; };

@@ -115,7 +115,11 @@ struct Partner {
   Sheet* sheet = nullptr;              ///< null: it is a solid
   Corners corners = {};                ///< of a polyhedron, field's frame
   float radius = 0;                    ///< of a sphere as large as its box; only for contacts ahead. [m]
+  /// The field is the plane over the tops of this map. It counts where the map has a surface in it. Null: it is whole.
+  const VoxelmapView* tops = nullptr;
 
+  /// Whether there is a surface below a place.
+  [[nodiscard]] bool has_ground(Vec3 place) const noexcept;
   [[nodiscard]] const VoxelmapView* map() const noexcept { return sheet == nullptr ? field.voxelmap() : nullptr; }
 };
 
@@ -175,6 +179,7 @@ struct KnownGround {
   float radius = 0;  ///< 0: unknown. [m]
   HalfSpaceField plane;
   bool is_flat = false;
+  bool is_top = false;  ///< nothing is above the plane, but parts may be missing below it
 };
 
 /// The last balls. There are two of each size for a shell that goes to and fro between them.

@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "runtime/contacts/fit_plane.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/linear_part.h"
@@ -16,7 +17,6 @@
 namespace vps::detail {
 namespace {
 
-constexpr float kFlat_vx = 0.05F;
 constexpr std::uint32_t kMostTests = 1 << 14;  // a thousand bricks: tens of microseconds
 // Balls have centres on a grid: the plane does not depend on where the shell came from. Near the end of a face only the
 // narrow ones are flat. [vx]
@@ -46,69 +46,6 @@ std::optional<Vec3> face_of(const VoxelmapView& map, const StepPair& pair, float
   return {};
 }
 
-// The nearest place of a surface, by steps along the field's normals. Nothing where it is farther than `most`. [m]
-struct Foot {
-  Vec3 place, normal;
-};
-std::optional<Foot> foot_of(const VoxelmapView& map, Vec3 from, float most) {
-  constexpr int kSteps = 8;
-  Foot foot{from, {}};
-  for (int i = 0; i < kSteps; ++i) {
-    const float v = voxelmap_penetration(map, foot.place, {});
-    const Vec3 normal = normal_at(map, foot.place);
-    if (!(std::abs(v) <= most) || !(dot(normal, normal) > 0)) return {};
-    foot = {foot.place + v * normal, normal};
-    if (std::abs(v) < kFlat_vx * map.voxel_size) return foot;
-  }
-  return {};
-}
-
-// Ground that is level in the grid of its samples stays so: their rounding tilts a plane by less.
-Vec3 without_noise(Vec3 normal) {
-  constexpr float kNoise = 4e-4F;  // [rad]
-  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
-    const Vec3 aside = cross(normal, axis);
-    if (dot(aside, aside) < kNoise * kNoise) return dot(normal, axis) > 0 ? axis : -1.0F * axis;
-  }
-  return normal;
-}
-
-// The plane through a surface around a foot: that of the least squares, of places in a square, whose V are rounded.
-// Nothing where they are in no plane.
-std::optional<HalfSpaceField> fit_plane(const VoxelmapView& map, Foot foot, float half_edge) {
-  constexpr int kAlong[] = {2, 2, 8};  // places along an edge, in steps that come closer
-  const float most = kFlat_vx * map.voxel_size;
-  for (const int along : kAlong) {
-    const Vec3 aside = cross(std::abs(foot.normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, foot.normal);
-    const Vec3 u = (half_edge / length(aside)) * aside;
-    const Vec3 v = cross(foot.normal, u);
-    float mean = 0;  // of the heights above the plane so far. [m]
-    float rise_u = 0;
-    float rise_v = 0;
-    float squares = 0;
-    for (int i = 0; i < along * along; ++i) {
-      const auto at = [=](int k) { return 2 * static_cast<float>(k) / static_cast<float>(along - 1) - 1; };
-      const float a = at(i % along);
-      const float b = at(i / along);
-      const float height = voxelmap_penetration(map, foot.place + a * u + b * v, {});
-      if (along > 2 && !(std::abs(height) <= most)) return {};
-      mean += height;
-      rise_u += a * height;
-      rise_v += b * height;
-      squares += a * a;
-    }
-    mean /= static_cast<float>(along * along);
-    // Curved ground is below the tangent plane at all four corners.
-    if (!(std::abs(mean) <= most)) return {};
-    const float by = 1 / (squares * half_edge * half_edge);
-    const Vec3 normal = foot.normal - by * (rise_u * u + rise_v * v);
-    foot.place = foot.place + mean * foot.normal;
-    foot.normal = (1 / length(normal)) * normal;
-  }
-  const Vec3 normal = without_noise(foot.normal);
-  return HalfSpaceField{normal, dot(normal, foot.place)};
-}
-
 // Whether a plane is that of the side of a thin body where the shell is. The centre of the grid's ball may be on the
 // other side.
 bool is_of_this_side(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre) {
@@ -134,21 +71,32 @@ const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, 
   std::swap(known[0], known[1]);
   KnownGround& ground = known[0];
   if (is_this(ground)) return ground;
-  ground = {centre, radius, {}, false};
-  const std::optional<Foot> foot = foot_of(map, centre, radius);
-  if (!foot) return ground;
-  constexpr float kSquare = 0.7071F;  // in a circle
-  const std::optional<HalfSpaceField> plane = fit_plane(map, *foot, kSquare * radius);
-  if (!plane) return ground;
-  ground.plane = *plane;
-  ground.is_flat = is_plane_within(map, *plane, centre, radius, kFlat_vx * unit, kMostTests);
+  ground = {centre, radius, {}, false, false};
+  if (const std::optional<HalfSpaceField> plane = fit_plane(map, centre, radius)) {
+    ground.plane = *plane;
+    ground.is_flat = is_plane_within(map, *plane, centre, radius, kFlat_vx * unit, kMostTests);
+  }
+  // Ground is larger than what lies on it. Others have no tops to lie on, and seeking them takes longer than a contact.
+  constexpr float kGround = 3;
+  if (ground.is_flat || grid_vx != kWideGrid_vx || !(kGround * radius <= longest_side(map))) return ground;
+  if (const std::optional<HalfSpaceField> top = fit_top(map, centre, radius)) {
+    ground.plane = *top;
+    ground.is_top = is_all_below(map, *top, centre, radius, kTop_vx * unit, kMostTests);
+  }
   return ground;
 }
 
 }  // namespace
 
+float longest_side(const VoxelmapView& map) noexcept {
+  float longest = 0;
+  for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, map.bounds_max[axis] - map.bounds_min[axis]);
+  return longest;
+}
+
 std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner) {
-  if (partner.sheet != nullptr || pair.shell.points == 0) return {};
+  // A body that slides meets another part of the tops.
+  if (partner.sheet != nullptr || partner.tops != nullptr || pair.shell.points == 0) return {};
   return partner.field.visit([&](const auto& field) -> std::optional<Vec3> {
     using Kind = std::remove_cvref_t<decltype(field)>;
     if constexpr (std::is_same_v<Kind, HalfSpaceField>) return field.outward_normal;
@@ -173,6 +121,27 @@ const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float re
   };
   const HalfSpaceField* const wide = plane_of(kWideGrid_vx, memory.wide);
   return wide != nullptr || !has_ends ? wide : plane_of(kNarrowGrid_vx, memory.narrow);
+}
+
+const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {
+  const VoxelmapView* const map = partner.map();
+  if (map == nullptr || map->field != Field::scaled || pair.shell.points == 0) return nullptr;
+  const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+  const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
+  const KnownGround& ground = ground_around(*map, centre, reach, kWideGrid_vx, memory.wide);
+  return ground.is_top ? &ground.plane : nullptr;
+}
+
+bool Partner::has_ground(Vec3 place) const noexcept {
+  constexpr float kThere_vx = 0.1F;
+  return field.visit([&](const auto& plane) {
+    using Kind = std::remove_cvref_t<decltype(plane)>;
+    if constexpr (std::is_same_v<Kind, HalfSpaceField>) {
+      const Vec3 foot = place + value_at(plane, place) * plane.outward_normal;
+      return voxelmap_penetration(*tops, foot, {}) > -kThere_vx * tops->voxel_size;
+    }
+    return true;
+  });
 }
 
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {

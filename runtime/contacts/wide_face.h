@@ -8,6 +8,9 @@
 
 namespace vps::detail {
 
+/// Of the box around a map's mesh. [m]
+[[nodiscard]] float longest_side(const VoxelmapView& map) noexcept;
+
 /// The outward normal of a plane, or of the face of a box that is wider than the shell. Field's frame. Else nothing.
 std::optional<Vec3> wide_face(const StepPair& pair, const Partner& partner);
 
@@ -26,5 +29,8 @@ const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, 
 /// @param has_ends       also near the end of a face, where the plane is proven anew after each voxel of motion
 const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, bool has_ends,
                                   GroundMemory& memory);
+/// The plane over a voxelmap near a shell: nothing of it is above, but it may have slots and holes. Null: there is
+/// none, it is not proven, or the map is flat.
+const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
 
 }  // namespace vps::detail

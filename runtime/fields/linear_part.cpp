@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "runtime/fields/linear_brick.h"
 
@@ -305,17 +306,24 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
   return SampleCheck(map, sheet, most).all_pass();
 }
 
-bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
-                     std::uint32_t most) noexcept {
-  constexpr float kBeside_vx = 1;      // so far above the plane V has to be linear
+namespace {
+
+constexpr float kBeside_vx = 1;  // so far above the plane V has to be linear
+
+// What a ball has of a plane, and above it.
+struct PlaneInBall {
+  FlatPolygon slab, above;
+};
+std::optional<PlaneInBall> plane_in_ball(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre,
+                                         float radius, float tolerance) {
   constexpr float kInBand_vx = 0.3F;   // the floor is so far from the band's end
   constexpr float kCell_vx = 3.4642F;  // diagonal of the largest cells
   const float unit = map.voxel_size;
   const float floor = std::min(map.band_outer / unit - kInBand_vx, kCell_vx + kBeside_vx);
   const float beyond = kCell_vx - floor - kBeside_vx;
   const float shown = (floor * kBeside_vx - 0.25F * beyond * beyond) / kCell_vx;
-  if (end_of_band(map.band_outer, unit) < kBeside_vx * unit) return false;
-  if (tolerance + field_error(map) >= shown * unit) return false;
+  if (end_of_band(map.band_outer, unit) < kBeside_vx * unit) return {};
+  if (tolerance + field_error(map) >= shown * unit) return {};
   const Vec3 n = plane.outward_normal;
   const LinearPart part{plane.offset * n, -1.0F * n, 0};
   FlatPolygon slab = polygon_at(map, part, n, tolerance);
@@ -323,7 +331,7 @@ bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 
   std::copy(middle.begin(), middle.end(), slab.centre);
   slab.radius = radius / unit;
   const float height = slab.height(slab.centre);
-  if (!(std::abs(height) < slab.radius)) return false;
+  if (!(std::abs(height) < slab.radius)) return {};
   slab.offset += 0.5F * kBeside_vx;
   slab.thickness = 0.5F * kBeside_vx;
   slab.halvings = 2;  // corners of cells can be far from the plane, near an edge
@@ -338,11 +346,25 @@ bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 
     // All of the surface lies in the bounds of the mesh.
     above.low[axis] = std::max(middle[axis] - slab.radius, mesh_low[axis]);
     above.high[axis] = std::min(middle[axis] + slab.radius, mesh_high[axis]);
-    if (!(above.low[axis] <= above.high[axis])) return false;
+    if (!(above.low[axis] <= above.high[axis])) return {};
   }
   above.is_above = true;
   above.floor = -floor * unit;
-  return SampleCheck(map, slab, most).all_pass() && SampleCheck(map, above, most).all_pass();
+  return PlaneInBall{slab, above};
+}
+
+}  // namespace
+
+bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
+                     std::uint32_t most) noexcept {
+  const std::optional<PlaneInBall> in = plane_in_ball(map, plane, centre, radius, tolerance);
+  return in && SampleCheck(map, in->slab, most).all_pass() && SampleCheck(map, in->above, most).all_pass();
+}
+
+bool is_all_below(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
+                  std::uint32_t most) noexcept {
+  const std::optional<PlaneInBall> in = plane_in_ball(map, plane, centre, radius, tolerance);
+  return in && SampleCheck(map, in->above, most).all_pass();
 }
 
 }  // namespace vps::detail

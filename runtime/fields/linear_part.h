@@ -45,5 +45,8 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
 /// @param most    as above, twice
 bool is_plane_within(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
                      std::uint32_t most) noexcept;
+/// Whether no surface in a ball is above a plane. Below it anything may be, or nothing.
+bool is_all_below(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius, float tolerance,
+                  std::uint32_t most) noexcept;
 
 }  // namespace vps::detail

@@ -149,6 +149,78 @@ TEST(Sliding, AFlatPartKeepsItsSpeedOnObliqueBakedGround) {
   }
 }
 
+// Plates side by side. @param step  of the height of each second one. [m]
+TriangleMesh plates(double step) {
+  constexpr double kPitch = 0.25;
+  constexpr double kSlot = 0.012;
+  TriangleMesh mesh;
+  for (int i = 0; i < 5; ++i) {
+    const double rise = i % 2 != 0 ? step : 0;
+    const TriangleMesh plate = make_box({(kPitch - kSlot) / 2, 0.15, 0.05 + rise / 2}, {kPitch * (i - 2), 0, rise / 2});
+    mesh = i == 0 ? plate : joined(mesh, plate);
+  }
+  return mesh;
+}
+
+// The level slab and the oblique one, in the world.
+void add_plates(World& scene, bullet::Shape& ground, const Pose& turn) {
+  btMatrix3x3 back;
+  for (int i = 0; i < 9; ++i) back[i / 3][i % 3] = btScalar(turn.rotation[3 * (i % 3) + i / 3]);
+  scene.add(ground, 0, btTransform(back, {0, 0, btScalar(kTop - 0.05)}) * ground.asset_frame().inverse())
+      .setFriction(0);
+}
+
+TEST(Sliding, AFlatPartSlidesOverSlots) {
+  bullet::Shape gear(baked_at(samples::make_gear(), 0.001));
+  bullet::Shape plate(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  for (const Pose& turn : {Pose(), turned_about_two_axes()}) {
+    bullet::Shape ground(baked_at(moved(turn, plates(0)), 0.005));
+    for (bullet::Shape* const part : {&gear, &plate}) {
+      for (const double rate : {60.0, 240.0, 1000.0}) {
+        for (const double fast : {0.3, 0.9}) {
+          World scene;
+          add_plates(scene, ground, turn);
+          btRigidBody& body = scene.add(*part, 1, {btScalar(-0.5), btScalar(0.013), btScalar(kTop + 0.004)});
+          body.setFriction(0);
+          body.setLinearVelocity({btScalar(fast), 0, 0});
+          scene.step(int(0.9 / fast * rate), btScalar(1 / rate));
+          EXPECT_NEAR(body.getLinearVelocity().x(), fast, 0.03 * fast) << rate << " Hz";
+          EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), kTop + 0.004, 0.0015) << rate << " Hz";
+        }
+      }
+    }
+  }
+}
+
+TEST(Sliding, AStepStopsAFlatPart) {
+  bullet::Shape part(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  for (const Pose& turn : {Pose(), turned_about_two_axes()}) {
+    bullet::Shape ground(baked_at(moved(turn, plates(0.003)), 0.005));
+    for (const double fast : {0.3, 0.9}) {
+      World scene;
+      add_plates(scene, ground, turn);
+      btRigidBody& body = scene.add(part, 1, {btScalar(-0.5), 0, btScalar(kTop + 0.004)});
+      body.setFriction(0);
+      body.setLinearVelocity({btScalar(fast), 0, 0});
+      scene.step(int(0.4 / fast * 240));
+      EXPECT_LT(body.getLinearVelocity().x(), 0.5 * fast);
+    }
+  }
+}
+
+TEST(Sliding, AFlatPartFallsThroughAHole) {
+  bullet::Shape part(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  const TriangleMesh left = make_box({0.25, 0.15, 0.05}, {-0.3, 0, 0});
+  bullet::Shape ground(baked_at(joined(left, make_box({0.25, 0.15, 0.05}, {0.3, 0, 0})), 0.005));
+  World scene;
+  add_plates(scene, ground, {});
+  btRigidBody& body = scene.add(part, 1, {btScalar(-0.2), 0, btScalar(kTop + 0.004)});
+  body.setFriction(0);
+  body.setLinearVelocity({btScalar(0.2), 0, 0});
+  scene.step(480);
+  EXPECT_LT(body.getWorldTransform().getOrigin().z(), kTop - 0.1);
+}
+
 // At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
 TEST(Sliding, AWallAheadStopsAFlatPart) {
   bullet::Shape part(brick());
