@@ -191,11 +191,7 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
       return arrives(field, contact, way_at(motion, contact.position), pair.margin, near);
     };
     const auto is_none = [&](Contact& contact) {
-      if (contact.penetration >= -near) return false;
-      const bool is_over_hole = partner.tops != nullptr && !partner.has_ground(contact.position) &&
-                                !partner.has_ground(contact.position + way_at(found.motion, contact.position));
-      if (is_over_hole) return true;
-      if (arrives_by(found.motion, contact)) return false;
+      if (contact.penetration >= -near || arrives_by(found.motion, contact)) return false;
       return !found.is_joint || !(arrives_by(of_shell.motion, contact) || arrives_by(if_shell_stops, contact));
     };
     const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);

@@ -10,6 +10,7 @@
 #include "runtime/contacts/refine_contacts.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/contacts/wide_face.h"
+#include "runtime/fields/penetration.h"
 
 namespace vps::detail {
 namespace {
@@ -68,18 +69,24 @@ void keep_face(const StepPair& pair, const Partner& partner, PairMemory& memory)
   memory.now = memory.choice.stand = memory.slides.stand = {};
 }
 
-// Whether a body slides along a wide face, or spins on it: however fast, its points come no closer to the face.
-bool slides_along(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
+// Whether a body moves along a face of another that does not turn, or spins on it: however fast, its points come no
+// closer to the face.
+// @param face  outward normal, field's frame
+bool moves_along(const StepPair& pair, Vec3 face) {
   const StepMotion& body = *pair.shell_motion;
   const StepMotion& ground = *pair.field_motion;
-  const auto voxel = static_cast<float>(pair.voxel_size);
-  const float fall = length(body.fall - ground.fall);
-  if (fall > kLongFall_vx * voxel || dot(ground.turn, ground.turn) > 0) return false;
-  const std::optional<Vec3> face = memory.face ? memory.face : even_face(pair, partner, distance, memory.cache);
-  if (!face) return false;
-  const Vec3 normal = Transform(pair.field_pose).rotate(*face);
+  if (dot(ground.turn, ground.turn) > 0) return false;
+  const Vec3 normal = Transform(pair.field_pose).rotate(face);
   const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
-  return way <= fall + kTips_vx * voxel;
+  return way <= length(body.fall - ground.fall) + kTips_vx * static_cast<float>(pair.voxel_size);
+}
+
+// Whether a body slides along a wide face.
+bool slides_along(const StepPair& pair, const Partner& partner, float distance, PairMemory& memory) {
+  const float fall = length(pair.shell_motion->fall - pair.field_motion->fall);
+  if (fall > kLongFall_vx * static_cast<float>(pair.voxel_size)) return false;
+  const std::optional<Vec3> face = memory.face ? memory.face : even_face(pair, partner, distance, memory.cache);
+  return face && moves_along(pair, *face);
 }
 
 // A pair that touches and has not moved, or only along a face, is carried. With a voxel smaller than the fall of a
@@ -112,12 +119,51 @@ struct Side {
   Workspace& space;
 };
 
-// Whether no point of the shell is deeper in a plane. [m]
-bool lies_on(const StepPair& pair, HalfSpaceField plane, float deep, Workspace& space) {
-  plane.offset -= deep;
-  QueryResult result;
-  const Status status = traverse_contacts(pair.shell, plane, pair.shell_to_field, {}, space.scratch, {}, result);
-  return status == Status::ok && result.contacts == 0;
+// Whether a body stands on a plane over tops, on places that are wide apart. In a hole or on an edge it meets the map.
+bool stands_on(const StepPair& pair, const Partner& partner, const HalfSpaceField& plane, Workspace& space) {
+  constexpr float kDeep_vx = 0.5F;
+  constexpr std::uint32_t kMostTested = 64;
+  const auto voxel = static_cast<float>(pair.voxel_size);
+  QueryOptions options;
+  options.contact_distance = pair.margin + pair.touching();
+  ContactRows hits;
+  float most = 0;
+  if (find_hits(pair.shell, plane, pair.shell_to_field, options, space.scratch, hits, most) != Status::ok) return false;
+  const std::uint32_t step = hits.count / kMostTested + 1;
+  std::uint32_t tested = 0;
+  std::uint32_t grounded = 0;
+  Vec3 first;
+  float widest = 0;
+  for (std::uint32_t i = 0; i < hits.count; ++i) {
+    if (hits.penetration[i] + pair.margin > kDeep_vx * voxel) return false;
+    if (i % step != 0) continue;
+    ++tested;
+    const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
+    if (!partner.has_ground(place)) {
+      // It may touch lower ground.
+      if (voxelmap_penetration(*partner.tops, place, {}) >= -options.contact_distance) return false;
+      continue;
+    }
+    if (grounded++ == 0) first = place;
+    widest = std::max(widest, length(place - first));
+  }
+  return grounded >= 3 && 2 * grounded >= tested && widest >= sphere_radius(pair.shell, 0);
+}
+
+// The plane over tops, as a partner.
+std::optional<Partner> tops_below(const StepPair& pair, const Partner& whole, float distance, PairMemory& memory,
+                                  Workspace& space) {
+  constexpr std::size_t kFlat = 3;  // contacts of a part that lies flat
+  const Stand before = std::exchange(memory.tops_stand, {});
+  if (!memory.is_lasting || !memory.touched || memory.contacts < kFlat || pair.shell_motion == nullptr) return {};
+  const bool is_known = stands_still(pair, before);
+  memory.tops_stand = is_known ? before : pair.shell_to_field;
+  if (is_known && !memory.on_tops) return {};
+  const HalfSpaceField* const plane = top_plane(pair, whole, distance, memory.ground);
+  if (plane == nullptr || !moves_along(pair, plane->outward_normal)) return {};
+  Partner tops{*plane, nullptr, nullptr, {}, whole.radius};
+  tops.tops = whole.map();
+  return is_known || stands_on(pair, tops, *plane, space) ? std::optional(tops) : std::nullopt;
 }
 
 // Remembers how far apart a pair without contacts is. A query may only have proven that the bodies do not touch, and
@@ -252,15 +298,17 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   const HalfSpaceField* const ground =
       takes_plane ? flat_ground(pair, whole, query.distance + pair.margin + approach.way, memory.ground) : nullptr;
   // Over slots a flat part's edges meet those of the ground, and no direction between their faces is that of a contact.
-  constexpr float kOn_vx = 0.5F;
   const float farthest = query.distance + pair.margin + approach.way;
-  const HalfSpaceField* tops =
-      takes_plane && ground == nullptr ? top_plane(pair, whole, farthest, memory.ground) : nullptr;
-  if (tops != nullptr && !lies_on(pair, *tops, kOn_vx * static_cast<float>(pair.voxel_size), space)) tops = nullptr;
-  Partner partner = whole;
-  if (ground != nullptr || tops != nullptr) {
-    partner = Partner{ground != nullptr ? *ground : *tops, nullptr, nullptr, {}, whole.radius};
-    if (tops != nullptr) partner.tops = whole.map();
+  const std::optional<Partner> tops = takes_plane && pair.use == StepUse::constraints && ground == nullptr
+                                          ? tops_below(pair, whole, farthest, memory, space)
+                                          : std::nullopt;
+  const Partner partner = tops                ? *tops
+                          : ground != nullptr ? Partner{*ground, nullptr, nullptr, {}, whole.radius}
+                                              : whole;
+  if (std::exchange(memory.on_tops, tops.has_value()) != tops.has_value()) {
+    memory.choice = {};
+    memory.slides.stand = {};
+    memory.segments.points.clear();
   }
   keep_face(pair, partner, memory);
   memory.is_carried = !needs_many && is_carried(pair, partner, query, memory);
@@ -271,7 +319,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   QueryOptions options;
   options.contact_distance = query.distance + way;
   options.segment_level = pair.segment_level;
-  options.leaves_faces = query.leaves_faces && tops == nullptr;
+  options.leaves_faces = query.leaves_faces && !tops;
   // With a margin contacts press before they are inside.
   if (pair.has_springs() && !(pair.margin > 0)) options.flat_patches = query.flat_patches;
   if (way > 0 || needs_many) {
@@ -290,7 +338,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   }
   if (way > 0) keep_arriving(pair, partner, found);
   // A pair that stands still is known to have no contacts from its second step on: it seeks its gap once.
-  const bool seeks_gap = ground == nullptr && tops == nullptr && !(found.are_known && memory.gap.sought) &&
+  const bool seeks_gap = ground == nullptr && !tops && !(found.are_known && memory.gap.sought) &&
                          partner.sheet == nullptr && memory.is_lasting;
   if (seeks_gap && found.hits.count == 0 && found.contacts.empty()) {
     remember_gap({pair, partner, query, memory, space}, found, before);
@@ -312,11 +360,11 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   }
   // Who asks for samples or segments gets them: their normals carry a nut down its thread, and one slid over a field
   // does not.
-  if (pair.use == StepUse::constraints && pair.segment_level == 0) {
+  if (pair.use == StepUse::constraints && pair.segment_level == 0 && !tops) {
     few.resize(move_between_samples(pair, partner, found, memory, space, few));
   }
   memory.remember(few);
-  out = {few, found.in_shell_frame, found.reach, tops != nullptr};
+  out = {few, found.in_shell_frame, found.reach, tops.has_value()};
   return Status::ok;
 }
 

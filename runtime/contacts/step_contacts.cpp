@@ -225,7 +225,13 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
       return add_side(step, shell, field, sign, none, are_all);
     };
     status = add(roles.first_gives);
-    if (status == Status::ok && both && !are_all) status = add(!roles.first_gives);
+    if (status == Status::ok && both) {
+      if (!are_all) {
+        status = add(!roles.first_gives);
+      } else if (memory != nullptr) {
+        memory->content->sides[roles.first_gives ? 1 : 0].memory.leave_apart();
+      }
+    }
     if (status != Status::ok) return;
     const float alike = 0.02F * std::min(voxel_of(first), voxel_of(second));
     const auto penetration = [&](std::size_t i) { return found[i].penetration; };

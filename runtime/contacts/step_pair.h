@@ -115,7 +115,8 @@ struct Partner {
   Sheet* sheet = nullptr;              ///< null: it is a solid
   Corners corners = {};                ///< of a polyhedron, field's frame
   float radius = 0;                    ///< of a sphere as large as its box; only for contacts ahead. [m]
-  /// The field is the plane over the tops of this map. It counts where the map has a surface in it. Null: it is whole.
+  /// The field is the plane over the tops of this map. It counts where the map has a surface there, within 0.1
+  /// voxels of the map. Null: it is whole.
   const VoxelmapView* tops = nullptr;
 
   /// Whether there is a surface below a place.
@@ -179,12 +180,12 @@ struct KnownGround {
   float radius = 0;  ///< 0: unknown. [m]
   HalfSpaceField plane;
   bool is_flat = false;
-  bool is_top = false;  ///< nothing is above the plane, but parts may be missing below it
 };
 
 /// The last balls. There are two of each size for a shell that goes to and fro between them.
 struct GroundMemory {
   std::array<KnownGround, 2> wide, narrow;
+  std::array<KnownGround, 2> tops;  ///< nothing is above the plane, but parts may be missing below it
 };
 
 /// What a pair remembers from step to step.
@@ -201,6 +202,9 @@ struct PairMemory {
   std::optional<Vec3> face;
   Stand now;                            ///< in this step
   bool touched = false;                 ///< in the last one
+  std::size_t contacts = 0;             ///< in the last one
+  bool on_tops = false;                 ///< in the last one, see Partner::tops
+  Stand tops_stand;                     ///< where that was found out
   bool is_carried = false;              ///< it rests or slides, without contacts ahead
   bool slides_along = false;            ///< it is carried because it slides along a face
   std::uint8_t falls_far = 0;           ///< for so many more steps
@@ -208,9 +212,10 @@ struct PairMemory {
   std::size_t last_count = 0;
 
   [[nodiscard]] std::span<const std::uint32_t> last_features() const { return {last.data(), last_count}; }
-  void remember(std::span<const ManifoldContact> contacts) noexcept {
+  void remember(std::span<const ManifoldContact> few) noexcept {
+    contacts = few.size();
     last_count = 0;
-    for (const ManifoldContact& contact : contacts) {
+    for (const ManifoldContact& contact : few) {
       if (contact.slot == 0 && last_count < last.size()) last[last_count++] = contact.feature;
     }
   }
@@ -219,8 +224,9 @@ struct PairMemory {
     return gap.distance > 0 ? gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) : 0;
   }
   void leave_apart() noexcept {
-    touched = is_carried = slides_along = false;
-    last_count = 0;
+    touched = on_tops = is_carried = slides_along = false;
+    tops_stand = {};
+    last_count = contacts = 0;
   }
 };
 

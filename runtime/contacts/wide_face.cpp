@@ -57,8 +57,10 @@ bool is_of_this_side(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 
 }
 
 // What is known of the ball around a shell whose centre is the nearest place of a grid.
-const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
-                                 std::array<KnownGround, 2>& known) {
+// @param prove  function that finds out, for a new ball
+template <class Prove>
+const KnownGround& known_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
+                                std::array<KnownGround, 2>& known, const Prove& prove) {
   const float unit = map.voxel_size;
   const float grid = grid_vx * unit;
   const Vec3 centre{grid * std::round(at.x / grid), grid * std::round(at.y / grid), grid * std::round(at.z / grid)};
@@ -71,19 +73,19 @@ const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, 
   std::swap(known[0], known[1]);
   KnownGround& ground = known[0];
   if (is_this(ground)) return ground;
-  ground = {centre, radius, {}, false, false};
-  if (const std::optional<HalfSpaceField> plane = fit_plane(map, centre, radius)) {
-    ground.plane = *plane;
-    ground.is_flat = is_plane_within(map, *plane, centre, radius, kFlat_vx * unit, kMostTests);
-  }
-  // Ground is larger than what lies on it. Others have no tops to lie on, and seeking them takes longer than a contact.
-  constexpr float kGround = 3;
-  if (ground.is_flat || grid_vx != kWideGrid_vx || !(kGround * radius <= longest_side(map))) return ground;
-  if (const std::optional<HalfSpaceField> top = fit_top(map, centre, radius)) {
-    ground.plane = *top;
-    ground.is_top = is_all_below(map, *top, centre, radius, kTop_vx * unit, kMostTests);
-  }
+  ground = {centre, radius, {}, false};
+  prove(ground);
   return ground;
+}
+
+const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
+                                 std::array<KnownGround, 2>& known) {
+  return known_around(map, at, reach, grid_vx, known, [&](KnownGround& ground) {
+    const std::optional<HalfSpaceField> plane = fit_plane(map, ground.centre, ground.radius);
+    if (!plane) return;
+    ground.plane = *plane;
+    ground.is_flat = is_plane_within(map, *plane, ground.centre, ground.radius, kFlat_vx * map.voxel_size, kMostTests);
+  });
 }
 
 }  // namespace
@@ -128,8 +130,16 @@ const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, fl
   if (map == nullptr || map->field != Field::scaled || pair.shell.points == 0) return nullptr;
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
   const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
-  const KnownGround& ground = ground_around(*map, centre, reach, kWideGrid_vx, memory.wide);
-  return ground.is_top ? &ground.plane : nullptr;
+  const KnownGround& ground = known_around(*map, centre, reach, kWideGrid_vx, memory.tops, [&](KnownGround& tops) {
+    // Ground is larger than what lies on it.
+    constexpr float kGround = 3;
+    if (!(kGround * tops.radius <= longest_side(*map))) return;
+    const std::optional<HalfSpaceField> plane = fit_top(*map, tops.centre, tops.radius);
+    if (!plane) return;
+    tops.plane = *plane;
+    tops.is_flat = is_all_below(*map, *plane, tops.centre, tops.radius, kTop_vx * map->voxel_size, kMostTests);
+  });
+  return ground.is_flat ? &ground.plane : nullptr;
 }
 
 bool Partner::has_ground(Vec3 place) const noexcept {

@@ -310,7 +310,7 @@ namespace {
 
 constexpr float kBeside_vx = 1;  // so far above the plane V has to be linear
 
-// What a ball has of a plane, and above it.
+// The regions to check: the slab over a plane in a ball, and the part of the ball above it.
 struct PlaneInBall {
   FlatPolygon slab, above;
 };
