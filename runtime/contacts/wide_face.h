@@ -30,7 +30,7 @@ const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, 
 const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, bool has_ends,
                                   GroundMemory& memory);
 /// The plane over a voxelmap near a shell: nothing of it is above, but it may have slots and holes. Null: there is
-/// none, it is not proven, or the map is flat.
+/// none, or it is not proven.
 const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
 
 }  // namespace vps::detail
