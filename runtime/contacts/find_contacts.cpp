@@ -273,7 +273,7 @@ bool find_on_plane(const FieldQuery& query, FoundContacts& found) {
   std::vector<Contact>& contacts = query.space.on_map;
   contacts.clear();
   const std::optional<float> most =
-      add_contacts_on_plane(query.pair, query.partner, query.options.contact_distance, query.memory.ground, contacts);
+      add_contacts_on_plane(query.pair, query.partner, query.options.contact_distance, query.memory, contacts);
   if (!most) return false;
   query.memory.choice = {};
   found.most = *most;

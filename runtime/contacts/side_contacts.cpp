@@ -41,8 +41,6 @@ std::uint32_t joint_level(const PointshellView& shell) {
 constexpr double kCarried_vx = 0.05;
 // A body of a stack that settles moves less than this, one that slides more. [vx]
 constexpr double kSlides_vx = 0.5;
-// A body that slides tips less than this in a step, one that rolls turns more. [vx]
-constexpr float kTips_vx = 0.25F;
 constexpr float kOneFace = 1 - 5e-7F;  // cosine between normals: a thousandth of a radian
 
 // Steps that a pair keeps its contacts of segments after its last long fall, for those whose steps differ in length.
@@ -69,16 +67,9 @@ void keep_face(const StepPair& pair, const Partner& partner, PairMemory& memory)
   memory.now = memory.choice.stand = memory.slides.stand = {};
 }
 
-// Whether a body moves along a face of another that does not turn, or spins on it: however fast, its points come no
-// closer to the face.
 // @param face  outward normal, field's frame
-bool moves_along(const StepPair& pair, Vec3 face) {
-  const StepMotion& body = *pair.shell_motion;
-  const StepMotion& ground = *pair.field_motion;
-  if (dot(ground.turn, ground.turn) > 0) return false;
-  const Vec3 normal = Transform(pair.field_pose).rotate(face);
-  const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
-  return way <= length(body.fall - ground.fall) + kTips_vx * static_cast<float>(pair.voxel_size);
+bool shell_moves_along(const StepPair& pair, Vec3 face) {
+  return moves_along(*pair.shell_motion, *pair.field_motion, Transform(pair.field_pose).rotate(face), pair.voxel_size);
 }
 
 // Whether a body slides along a wide face.
@@ -86,7 +77,7 @@ bool slides_along(const StepPair& pair, const Partner& partner, float distance, 
   const float fall = length(pair.shell_motion->fall - pair.field_motion->fall);
   if (fall > kLongFall_vx * static_cast<float>(pair.voxel_size)) return false;
   const std::optional<Vec3> face = memory.face ? memory.face : even_face(pair, partner, distance, memory.cache);
-  return face && moves_along(pair, *face);
+  return face && shell_moves_along(pair, *face);
 }
 
 // A pair that touches and has not moved, or only along a face, is carried. With a voxel smaller than the fall of a
@@ -153,16 +144,19 @@ bool stands_on(const StepPair& pair, const Partner& partner, const HalfSpaceFiel
 // The plane over tops, as a partner.
 std::optional<Partner> tops_below(const StepPair& pair, const Partner& whole, float distance, PairMemory& memory,
                                   Workspace& space) {
-  constexpr std::size_t kFlat = 3;  // contacts of a part that lies flat
   const Stand before = std::exchange(memory.tops_stand, {});
-  if (!memory.is_lasting || !memory.touched || memory.contacts < kFlat || pair.shell_motion == nullptr) return {};
+  const VoxelmapView* const map = whole.map();
+  if (!memory.is_lasting || !memory.touched || !memory.lay_flat() || pair.shell_motion == nullptr) return {};
+  if (map == nullptr || pair.shell.points == 0) return {};
   const bool is_known = stands_still(pair, before);
   memory.tops_stand = is_known ? before : pair.shell_to_field;
   if (is_known && !memory.on_tops) return {};
-  const HalfSpaceField* const plane = top_plane(pair, whole, distance, memory.ground);
-  if (plane == nullptr || !moves_along(pair, plane->outward_normal)) return {};
+  const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+  const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
+  const HalfSpaceField* const plane = tops_around(*map, centre, reach, memory.ground);
+  if (plane == nullptr || !shell_moves_along(pair, plane->outward_normal)) return {};
   Partner tops{*plane, nullptr, nullptr, {}, whole.radius};
-  tops.tops = whole.map();
+  tops.tops = map;
   return is_known || stands_on(pair, tops, *plane, space) ? std::optional(tops) : std::nullopt;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Looks up the places of a solid that may be its deepest in the plane of flat baked ground.
+// Looks up the places of a solid that may be its deepest in the plane of baked ground.
 #include "runtime/contacts/solid_on_plane.h"
 
 #include <algorithm>
@@ -93,10 +93,68 @@ Outermost outermost_of(const Partner& partner, Vec3 down) {
   return out;
 }
 
+// A solid over a plane.
+struct Over {
+  const StepPair& pair;
+  const HalfSpaceField& plane;  // map's frame
+  const Transform& to_map;      // takes the solid's frame there
+  const Outermost& outermost;
+  Vec3 down;  // into the ground, solid's frame, unit
+
+  [[nodiscard]] float depth(Vec3 place) const { return value_at(plane, to_map.apply(place)) + outermost.thickness; }
+  // @param number  of the place, of all that the solid may have
+  [[nodiscard]] Contact contact(Vec3 place, std::size_t number) const {
+    Contact contact;
+    contact.penetration = depth(place);
+    contact.inward_normal = down;
+    contact.position = place - (contact.penetration - outermost.thickness) * down;
+    contact.point = pair.shell.points + static_cast<std::uint32_t>(number);
+    return contact;
+  }
+};
+
+// Where a solid that stands on a plane over tops has ground: of the corners of its face, and of places on the lines
+// between these. Nothing where it does not stand there, but in a hole or on an edge.
+bool add_standing(const Over& over, std::vector<Contact>& contacts) {
+  constexpr float kDeep_vx = 0.5F;
+  constexpr std::size_t kMostTested = 64;
+  const VoxelmapView& map = over.pair.distances;
+  std::array<std::size_t, kMostCorners> corners{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < over.outermost.count; ++i) {
+    const float depth = over.depth(over.outermost.places[i]);
+    if (depth > kDeep_vx * map.voxel_size) return false;
+    if (depth >= -over.pair.touching()) corners[count++] = i;
+  }
+  if (count < 3) return false;
+  std::size_t tested = 0;
+  bool is_lower = false;  // it may touch lower ground
+  const auto test = [&](Vec3 place, std::size_t number) {
+    if (tested == kMostTested) return;
+    ++tested;
+    const Vec3 at = over.to_map.apply(place);
+    if (has_ground(map, over.plane, at)) return contacts.push_back(over.contact(place, number));
+    const Vec3 lowest = at - over.outermost.thickness * over.plane.outward_normal;
+    is_lower = is_lower || voxelmap_penetration(map, lowest, {}) >= -over.pair.touching();
+  };
+  const auto corner = [&](std::size_t i) { return over.outermost.places[corners[i]]; };
+  for (std::size_t i = 0; i < count; ++i) test(corner(i), corners[i]);
+  std::size_t first = kMostCorners;
+  for (const float part : {0.5F, 0.25F, 0.75F}) {
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        test(corner(k) + part * (corner(i) - corner(k)), first + kMostCorners * corners[i] + corners[k]);
+      }
+    }
+    first += std::size_t{kMostCorners} * kMostCorners;
+  }
+  return !is_lower && contacts.size() >= 3 && 2 * contacts.size() >= tested;
+}
+
 }  // namespace
 
 std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& partner, float distance,
-                                           GroundMemory& memory, std::vector<Contact>& contacts) {
+                                           PairMemory& memory, std::vector<Contact>& contacts) {
   const VoxelmapView& map = pair.distances;
   const Ball ball = ball_around(partner);
   // Around a large solid few bodies are flat, and to find that out takes longer than to look up the contacts.
@@ -107,24 +165,32 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   const Transform to_shell = pair.to_shell();
   constexpr float kSlow_vx = 6;
   const bool is_slow = distance < kSlow_vx * map.voxel_size;
-  const HalfSpaceField* const plane =
-      flat_around(map, to_shell.apply(ball.centre), kStretch * ball.radius + distance, is_slow, memory);
+  const Vec3 centre = to_shell.apply(ball.centre);
+  const float reach = kStretch * ball.radius + distance;
+  const auto moves_on = [&](const HalfSpaceField& tops) {
+    const Vec3 normal = Transform(pair.shell_pose).rotate(tops.outward_normal);
+    return moves_along(*pair.field_motion, *pair.shell_motion, normal, map.voxel_size);
+  };
+  const HalfSpaceField* plane = flat_around(map, centre, reach, is_slow, memory.ground);
+  const bool is_flat = plane != nullptr;
+  if (!is_flat && memory.lay_flat() && pair.shell_motion != nullptr) {
+    plane = tops_around(map, centre, reach, memory.ground);
+    if (plane != nullptr && !moves_on(*plane)) return {};
+  }
   if (plane == nullptr) return {};
   const Vec3 down = -1.0F * to_shell.rotate_back(plane->outward_normal);
   const Outermost outermost = outermost_of(partner, down);
+  const Over over{pair, *plane, to_shell, outermost, down};
+  if (!is_flat && !add_standing(over, contacts)) {
+    contacts.clear();
+    return {};
+  }
   constexpr float kNear_vx = 0.2F;  // of the plane and the samples
   float most = -distance;
   for (std::size_t i = 0; i < outermost.count; ++i) {
-    const Vec3 place = outermost.places[i];
-    const float v = value_at(*plane, to_shell.apply(place));
-    Contact contact;
-    contact.penetration = v + outermost.thickness;
+    const Contact contact = over.contact(outermost.places[i], i);
     most = std::max(most, contact.penetration + kNear_vx * map.voxel_size);
-    if (!(contact.penetration >= -distance)) continue;
-    contact.inward_normal = down;
-    contact.position = place - v * down;
-    contact.point = pair.shell.points + static_cast<std::uint32_t>(i);
-    contacts.push_back(contact);
+    if (is_flat && contact.penetration >= -distance) contacts.push_back(contact);
   }
   return most;
 }

@@ -125,33 +125,39 @@ const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float re
   return wide != nullptr || !has_ends ? wide : plane_of(kNarrowGrid_vx, memory.narrow);
 }
 
-const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {
-  const VoxelmapView* const map = partner.map();
-  if (map == nullptr || map->field != Field::scaled || pair.shell.points == 0) return nullptr;
-  const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
-  const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
-  const KnownGround& ground = known_around(*map, centre, reach, kWideGrid_vx, memory.tops, [&](KnownGround& tops) {
+const HalfSpaceField* tops_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory) {
+  if (map.field != Field::scaled) return nullptr;
+  const KnownGround& ground = known_around(map, centre, reach, kWideGrid_vx, memory.tops, [&](KnownGround& tops) {
     // Ground is larger than what lies on it.
     constexpr float kGround = 3;
-    if (!(kGround * tops.radius <= longest_side(*map))) return;
-    const std::optional<HalfSpaceField> plane = fit_top(*map, tops.centre, tops.radius);
+    if (!(kGround * tops.radius <= longest_side(map))) return;
+    const std::optional<HalfSpaceField> plane = fit_top(map, tops.centre, tops.radius);
     if (!plane) return;
     tops.plane = *plane;
-    tops.is_flat = is_all_below(*map, *plane, tops.centre, tops.radius, kTop_vx * map->voxel_size, kMostTests);
+    tops.is_flat = is_all_below(map, *plane, tops.centre, tops.radius, kTop_vx * map.voxel_size, kMostTests);
   });
   return ground.is_flat ? &ground.plane : nullptr;
 }
 
-bool Partner::has_ground(Vec3 place) const noexcept {
+bool has_ground(const VoxelmapView& map, const HalfSpaceField& tops, Vec3 place) noexcept {
   constexpr float kThere_vx = 0.1F;
+  const Vec3 foot = place + value_at(tops, place) * tops.outward_normal;
+  return voxelmap_penetration(map, foot, {}) > -kThere_vx * map.voxel_size;
+}
+
+bool Partner::has_ground(Vec3 place) const noexcept {
   return field.visit([&](const auto& plane) {
     using Kind = std::remove_cvref_t<decltype(plane)>;
-    if constexpr (std::is_same_v<Kind, HalfSpaceField>) {
-      const Vec3 foot = place + value_at(plane, place) * plane.outward_normal;
-      return voxelmap_penetration(*tops, foot, {}) > -kThere_vx * tops->voxel_size;
-    }
+    if constexpr (std::is_same_v<Kind, HalfSpaceField>) return detail::has_ground(*tops, plane, place);
     return true;
   });
+}
+
+bool moves_along(const StepMotion& body, const StepMotion& ground, Vec3 normal, double voxel_size) noexcept {
+  constexpr float kTips_vx = 0.25F;  // one that slides tips less than this in a step, one that rolls turns more
+  if (dot(ground.turn, ground.turn) > 0) return false;
+  const float way = std::abs(dot(normal, body.way - ground.way)) + length(cross(normal, body.turn)) * body.radius;
+  return way <= length(body.fall - ground.fall) + kTips_vx * static_cast<float>(voxel_size);
 }
 
 const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory) {

@@ -29,8 +29,16 @@ const HalfSpaceField* flat_ground(const StepPair& pair, const Partner& partner, 
 /// @param has_ends       also near the end of a face, where the plane is proven anew after each voxel of motion
 const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float reach, bool has_ends,
                                   GroundMemory& memory);
-/// The plane over a voxelmap near a shell: nothing of it is above, but it may have slots and holes. Null: there is
+/// The plane over a voxelmap around a ball: nothing of it is above, but it may have slots and holes. Null: there is
 /// none, or it is not proven.
-const HalfSpaceField* top_plane(const StepPair& pair, const Partner& partner, float distance, GroundMemory& memory);
+const HalfSpaceField* tops_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory);
+/// Whether the map has a surface below a place, within 0.1 voxels of the plane over its tops.
+bool has_ground(const VoxelmapView& map, const HalfSpaceField& tops, Vec3 place) noexcept;
+
+/// Whether a body moves along a face of another that does not turn, or spins on it: however fast, its points come no
+/// closer to the face.
+/// @param normal      of the face, world
+/// @param voxel_size  of the finer body. [m]
+bool moves_along(const StepMotion& body, const StepMotion& ground, Vec3 normal, double voxel_size) noexcept;
 
 }  // namespace vps::detail

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
+#include <utility>
 
 #include "tests/runtime/bullet/world.h"
 #include "tests/support/poses.h"
@@ -170,12 +172,27 @@ void add_plates(World& scene, bullet::Shape& ground, const Pose& turn) {
       .setFriction(0);
 }
 
+// Eight corners.
+btConvexHullShape make_prism(double half_height) {
+  btConvexHullShape hull;
+  for (const double z : {-half_height, half_height}) {
+    for (const auto& [x, y] : {std::pair{-0.03, -0.02}, {0.03, -0.02}, {0.015, 0.02}, {-0.015, 0.02}}) {
+      hull.addPoint({btScalar(x), btScalar(y), btScalar(z)});
+    }
+  }
+  hull.setMargin(btScalar(0.001));
+  return hull;
+}
+
 TEST(Sliding, AFlatPartSlidesOverSlots) {
   bullet::Shape gear(baked_at(samples::make_gear(), 0.001));
   bullet::Shape plate(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  btBoxShape box({btScalar(0.02), btScalar(0.015), btScalar(0.004)});
+  btCylinderShapeZ disc({btScalar(0.02), btScalar(0.02), btScalar(0.004)});
+  btConvexHullShape prism = make_prism(0.003);
   for (const Pose& turn : {Pose(), turned_about_two_axes()}) {
     bullet::Shape ground(baked_at(moved(turn, plates(0)), 0.005));
-    for (bullet::Shape* const part : {&gear, &plate}) {
+    for (btCollisionShape* const part : std::initializer_list<btCollisionShape*>{&gear, &plate, &box, &disc, &prism}) {
       for (const double rate : {60.0, 240.0, 1000.0}) {
         for (const double fast : {0.3, 0.9}) {
           World scene;
@@ -184,8 +201,8 @@ TEST(Sliding, AFlatPartSlidesOverSlots) {
           body.setFriction(0);
           body.setLinearVelocity({btScalar(fast), 0, 0});
           scene.step(int(0.9 / fast * rate), btScalar(1 / rate));
-          EXPECT_NEAR(body.getLinearVelocity().x(), fast, 0.03 * fast) << rate << " Hz";
-          EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), kTop + 0.004, 0.0015) << rate << " Hz";
+          EXPECT_NEAR(body.getLinearVelocity().x(), fast, 0.03 * fast) << part->getName() << ", " << rate << " Hz";
+          EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), kTop + 0.004, 0.0015) << part->getName();
         }
       }
     }
@@ -194,31 +211,37 @@ TEST(Sliding, AFlatPartSlidesOverSlots) {
 
 TEST(Sliding, AStepStopsAFlatPart) {
   bullet::Shape part(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  btBoxShape box({btScalar(0.02), btScalar(0.015), btScalar(0.004)});
   for (const Pose& turn : {Pose(), turned_about_two_axes()}) {
     bullet::Shape ground(baked_at(moved(turn, plates(0.003)), 0.005));
-    for (const double fast : {0.3, 0.9}) {
-      World scene;
-      add_plates(scene, ground, turn);
-      btRigidBody& body = scene.add(part, 1, {btScalar(-0.5), 0, btScalar(kTop + 0.004)});
-      body.setFriction(0);
-      body.setLinearVelocity({btScalar(fast), 0, 0});
-      scene.step(int(0.4 / fast * 240));
-      EXPECT_LT(body.getLinearVelocity().x(), 0.5 * fast);
+    for (btCollisionShape* const shape : std::initializer_list<btCollisionShape*>{&part, &box}) {
+      for (const double fast : {0.3, 0.9}) {
+        World scene;
+        add_plates(scene, ground, turn);
+        btRigidBody& body = scene.add(*shape, 1, {btScalar(-0.5), 0, btScalar(kTop + 0.004)});
+        body.setFriction(0);
+        body.setLinearVelocity({btScalar(fast), 0, 0});
+        scene.step(int(0.4 / fast * 240));
+        EXPECT_LT(body.getLinearVelocity().x(), 0.5 * fast) << shape->getName();
+      }
     }
   }
 }
 
 TEST(Sliding, AFlatPartFallsThroughAHole) {
   bullet::Shape part(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
+  btBoxShape box({btScalar(0.02), btScalar(0.015), btScalar(0.004)});
   const TriangleMesh left = make_box({0.25, 0.15, 0.05}, {-0.3, 0, 0});
   bullet::Shape ground(baked_at(joined(left, make_box({0.25, 0.15, 0.05}, {0.3, 0, 0})), 0.005));
-  World scene;
-  add_plates(scene, ground, {});
-  btRigidBody& body = scene.add(part, 1, {btScalar(-0.2), 0, btScalar(kTop + 0.004)});
-  body.setFriction(0);
-  body.setLinearVelocity({btScalar(0.2), 0, 0});
-  scene.step(480);
-  EXPECT_LT(body.getWorldTransform().getOrigin().z(), kTop - 0.1);
+  for (btCollisionShape* const shape : std::initializer_list<btCollisionShape*>{&part, &box}) {
+    World scene;
+    add_plates(scene, ground, {});
+    btRigidBody& body = scene.add(*shape, 1, {btScalar(-0.2), 0, btScalar(kTop + 0.004)});
+    body.setFriction(0);
+    body.setLinearVelocity({btScalar(0.2), 0, 0});
+    scene.step(480);
+    EXPECT_LT(body.getWorldTransform().getOrigin().z(), kTop - 0.1) << shape->getName();
+  }
 }
 
 // At 85 m/s the wall is farther ahead than the region that is known to be flat, until the last step.
