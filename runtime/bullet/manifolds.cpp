@@ -194,26 +194,56 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
   return true;
 }
 
+// Adds points to a manifold that has none, or a placeholder of the first. Bullet accepts points by the threshold within
+// which it merges them, and that is as long as the way of a step: a shallow corner would take the place of a deep one
+// below it. So each has a threshold of its own, and the deepest comes last.
+class AddPoints {
+ public:
+  AddPoints(std::span<const FreshPoint> fresh, btManifoldResult& result, btPersistentManifold& manifold)
+      : fresh_(fresh), result_(result), manifold_(manifold), threshold_(manifold.getContactBreakingThreshold()) {
+    for (std::size_t i = 0; i < fresh.size(); ++i) order_[i] = i;
+    if (!is_bullets_own(result)) return;
+    std::stable_sort(order_.begin(), order_.begin() + fresh.size(),
+                     [&](std::size_t i, std::size_t k) { return fresh[i].depth > fresh[k].depth; });
+  }
+  [[nodiscard]] const FreshPoint& first() const { return fresh_[order_[0]]; }
+  void add(std::span<const ManifoldContact> contacts, btScalar beside) {
+    constexpr btScalar kOne = 0.05F;  // of `beside`: points that are closer to each other are one
+    for (const std::size_t i : std::span(order_).first(contacts.size())) {
+      const int feature = static_cast<int>(contacts[i].feature);
+      result_.setShapeIdentifiersA(feature, result_.getBody0Wrap()->m_index);
+      result_.setShapeIdentifiersB(feature, result_.getBody1Wrap()->m_index);
+      manifold_.setContactBreakingThreshold(std::clamp(btScalar(1.01) * fresh_[i].depth, kOne * beside, threshold_));
+      result_.addContactPoint(fresh_[i].normal, fresh_[i].on_second, fresh_[i].depth);
+    }
+    manifold_.setContactBreakingThreshold(threshold_);
+  }
+
+ private:
+  std::span<const FreshPoint> fresh_;
+  btManifoldResult& result_;
+  btPersistentManifold& manifold_;
+  const btScalar threshold_;
+  std::array<std::size_t, MANIFOLD_CACHE_SIZE> order_{};
+};
+
 // Adds the points anew, with the impulses of old ones nearby.
 void add_points(const Pair& pair, std::span<const ManifoldContact> contacts, std::span<const FreshPoint> fresh,
                 const Placing& placing, btManifoldResult& result, btPersistentManifold& manifold) {
   const bool shell_is_first = manifold.getBody0() == pair.shell.object;
   OldPoints old(manifold, shell_is_first);
+  AddPoints all(fresh, result, manifold);
   const bool goes_on =
-      old.count > 0 && is_bullets_own(result) && fresh.front().depth <= manifold.getContactBreakingThreshold();
+      old.count > 0 && is_bullets_own(result) && all.first().depth <= manifold.getContactBreakingThreshold();
   if (goes_on) {
-    keep_placeholder(fresh.front(), manifold);
+    keep_placeholder(all.first(), manifold);
   } else {
     manifold.clearManifold();
     old.forget_user_data();
   }
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const int feature = static_cast<int>(contacts[i].feature);
-    result.setShapeIdentifiersA(feature, result.getBody0Wrap()->m_index);
-    result.setShapeIdentifiersB(feature, result.getBody1Wrap()->m_index);
-    result.addContactPoint(fresh[i].normal, fresh[i].on_second, fresh[i].depth);
-  }
+  all.add(contacts, btScalar(placing.beside));
   if (goes_on) manifold.getContactPoint(0).m_appliedImpulseLateral1 = 0;
+  (void)are_the_same(manifold, contacts);  // in their order
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
