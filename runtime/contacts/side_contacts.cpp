@@ -144,13 +144,13 @@ bool stands_on(const StepPair& pair, const Partner& partner, const HalfSpaceFiel
 // The plane over tops, as a partner.
 std::optional<Partner> tops_below(const StepPair& pair, const Partner& whole, float distance, PairMemory& memory,
                                   Workspace& space) {
-  const Stand before = std::exchange(memory.tops_stand, {});
   const VoxelmapView* const map = whole.map();
-  if (!memory.is_lasting || !memory.touched || !memory.lay_flat() || pair.shell_motion == nullptr) return {};
   if (map == nullptr || pair.shell.points == 0) return {};
+  const Stand before = std::exchange(memory.tops.stand, {});
+  if (!memory.is_lasting || !memory.touched || !memory.lay_flat() || pair.shell_motion == nullptr) return {};
   const bool is_known = stands_still(pair, before);
-  memory.tops_stand = is_known ? before : pair.shell_to_field;
-  if (is_known && !memory.on_tops) return {};
+  memory.tops.stand = is_known ? before : pair.shell_to_field;
+  if (is_known && !memory.tops.are_met) return {};
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
   const float reach = kStretch * sphere_radius(pair.shell, 0) + distance;
   const HalfSpaceField* const plane = tops_around(*map, centre, reach, memory.ground);
@@ -289,17 +289,16 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   const bool needs_many = falls_far(pair, memory);
   // Flat baked ground is a plane. Springs would jump at its end, and who asks for segments wants those of samples.
   const bool takes_plane = !approach.is_joint && !pair.has_springs() && pair.segment_level == 0;
-  const HalfSpaceField* const ground =
-      takes_plane ? flat_ground(pair, whole, query.distance + pair.margin + approach.way, memory.ground) : nullptr;
-  // Over slots a flat part's edges meet those of the ground, and no direction between their faces is that of a contact.
   const float farthest = query.distance + pair.margin + approach.way;
+  const HalfSpaceField* const ground = takes_plane ? flat_ground(pair, whole, farthest, memory.ground) : nullptr;
+  // Over slots a flat part's edges meet those of the ground, and no direction between their faces is that of a contact.
   const std::optional<Partner> tops = takes_plane && pair.use == StepUse::constraints && ground == nullptr
                                           ? tops_below(pair, whole, farthest, memory, space)
                                           : std::nullopt;
   const Partner partner = tops                ? *tops
                           : ground != nullptr ? Partner{*ground, nullptr, nullptr, {}, whole.radius}
                                               : whole;
-  if (std::exchange(memory.on_tops, tops.has_value()) != tops.has_value()) {
+  if (std::exchange(memory.tops.are_met, tops.has_value()) != tops.has_value()) {
     memory.choice = {};
     memory.slides.stand = {};
     memory.segments.points.clear();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
@@ -98,7 +99,7 @@ struct Over {
   const StepPair& pair;
   const HalfSpaceField& plane;  // map's frame
   const Transform& to_map;      // takes the solid's frame there
-  const Outermost& outermost;
+  Outermost outermost;
   Vec3 down;  // into the ground, solid's frame, unit
 
   [[nodiscard]] float depth(Vec3 place) const { return value_at(plane, to_map.apply(place)) + outermost.thickness; }
@@ -113,42 +114,77 @@ struct Over {
   }
 };
 
-// Where a solid that stands on a plane over tops has ground: of the corners of its face, and of places on the lines
-// between these. Nothing where it does not stand there, but in a hole or on an edge.
-bool add_standing(const Over& over, std::vector<Contact>& contacts) {
-  constexpr float kDeep_vx = 0.5F;
-  constexpr std::size_t kMostTested = 64;
-  const VoxelmapView& map = over.pair.distances;
-  std::array<std::size_t, kMostCorners> corners{};
+constexpr float kIntoTops_vx = 0.5F;  // in the plane over tops a solid that stands on them is no deeper
+
+// The face on which a solid may stand: its corners, and places on the lines between these.
+struct Face {
+  static constexpr std::size_t kMost = 64;
+  std::uint32_t corners = 0;  // bits of outermost places
+  std::array<Vec3, kMost> places;
+  std::array<std::size_t, kMost> numbers;
   std::size_t count = 0;
+
+  void add(Vec3 place, std::size_t number) {
+    if (count == kMost) return;
+    places[count] = place;
+    numbers[count++] = number;
+  }
+};
+
+// The face that touches a plane; an empty one if the solid is deep in it, or has no face there.
+Face face_on(const Over& over) {
+  Face face;
   for (std::size_t i = 0; i < over.outermost.count; ++i) {
     const float depth = over.depth(over.outermost.places[i]);
-    if (depth > kDeep_vx * map.voxel_size) return false;
-    if (depth >= -over.pair.touching()) corners[count++] = i;
+    if (depth > kIntoTops_vx * over.pair.distances.voxel_size) return {};
+    if (!(depth >= -over.pair.touching())) continue;
+    face.add(over.outermost.places[i], i);
+    face.corners |= 1U << i;
   }
-  if (count < 3) return false;
-  std::size_t tested = 0;
-  bool is_lower = false;  // it may touch lower ground
-  const auto test = [&](Vec3 place, std::size_t number) {
-    if (tested == kMostTested) return;
-    ++tested;
-    const Vec3 at = over.to_map.apply(place);
-    if (has_ground(map, over.plane, at)) return contacts.push_back(over.contact(place, number));
-    const Vec3 lowest = at - over.outermost.thickness * over.plane.outward_normal;
-    is_lower = is_lower || voxelmap_penetration(map, lowest, {}) >= -over.pair.touching();
-  };
-  const auto corner = [&](std::size_t i) { return over.outermost.places[corners[i]]; };
-  for (std::size_t i = 0; i < count; ++i) test(corner(i), corners[i]);
+  const std::size_t corners = face.count;
+  if (corners < 3) return {};
   std::size_t first = kMostCorners;
   for (const float part : {0.5F, 0.25F, 0.75F}) {
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < corners; ++i) {
       for (std::size_t k = 0; k < i; ++k) {
-        test(corner(k) + part * (corner(i) - corner(k)), first + kMostCorners * corners[i] + corners[k]);
+        face.add(face.places[k] + part * (face.places[i] - face.places[k]),
+                 first + kMostCorners * face.numbers[i] + face.numbers[k]);
       }
     }
     first += std::size_t{kMostCorners} * kMostCorners;
   }
-  return !is_lower && contacts.size() >= 3 && 2 * contacts.size() >= tested;
+  return face;
+}
+
+// Which places of a face have ground below them; 0 where the solid does not stand on it, but in a hole or on an edge.
+std::uint64_t find_ground(const Over& over, const Face& face) {
+  const VoxelmapView& map = over.pair.distances;
+  std::uint64_t grounded = 0;
+  for (std::size_t i = 0; i < face.count; ++i) {
+    const Vec3 at = over.to_map.apply(face.places[i]);
+    if (has_ground(map, over.plane, at)) {
+      grounded |= std::uint64_t{1} << i;
+      continue;
+    }
+    // It may touch lower ground.
+    const Vec3 lowest = at - over.outermost.thickness * over.plane.outward_normal;
+    if (voxelmap_penetration(map, lowest, {}) >= -over.pair.touching()) return 0;
+  }
+  const auto most = static_cast<std::size_t>(std::popcount(grounded));
+  return most >= 3 && 2 * most >= face.count ? grounded : 0;
+}
+
+// @return whether the solid stands on the plane over tops
+bool add_standing(const Over& over, TopsMemory& memory, std::vector<Contact>& contacts) {
+  const Face face = face_on(over);
+  if (face.count == 0) return false;
+  if (memory.corners != face.corners || !stands_still(over.pair, memory.stand)) {
+    memory = {over.pair.shell_to_field, false, face.corners, find_ground(over, face)};
+  }
+  for (std::size_t i = 0; i < face.count; ++i) {
+    if ((memory.grounded >> i & 1) != 0) contacts.push_back(over.contact(face.places[i], face.numbers[i]));
+  }
+  return !contacts.empty();
 }
 
 }  // namespace
@@ -163,34 +199,32 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   if (!(ball.radius > 0 && ball.radius <= most_radius) || pair.shell.points == 0) return {};
   if (check_pose(pair.shell_to_field) != Status::ok) return {};
   const Transform to_shell = pair.to_shell();
-  constexpr float kSlow_vx = 6;
-  const bool is_slow = distance < kSlow_vx * map.voxel_size;
   const Vec3 centre = to_shell.apply(ball.centre);
   const float reach = kStretch * ball.radius + distance;
-  const auto moves_on = [&](const HalfSpaceField& tops) {
-    const Vec3 normal = Transform(pair.shell_pose).rotate(tops.outward_normal);
-    return moves_along(*pair.field_motion, *pair.shell_motion, normal, map.voxel_size);
+  const auto over = [&](const HalfSpaceField& plane) {
+    const Vec3 down = -1.0F * to_shell.rotate_back(plane.outward_normal);
+    return Over{pair, plane, to_shell, outermost_of(partner, down), down};
   };
-  const HalfSpaceField* plane = flat_around(map, centre, reach, is_slow, memory.ground);
-  const bool is_flat = plane != nullptr;
-  if (!is_flat && memory.lay_flat() && pair.shell_motion != nullptr) {
-    plane = tops_around(map, centre, reach, memory.ground);
-    if (plane != nullptr && !moves_on(*plane)) return {};
+  constexpr float kNear_vx = 0.2F;  // of the plane and the samples
+  const HalfSpaceField* plane = flat_around(map, centre, reach, false, memory.ground);
+  if (plane == nullptr && memory.lay_flat() && pair.shell_motion != nullptr) {
+    const HalfSpaceField* const tops = tops_around(map, centre, reach, memory.ground);
+    const bool moves_on =
+        tops != nullptr && moves_along(*pair.field_motion, *pair.shell_motion,
+                                       Transform(pair.shell_pose).rotate(tops->outward_normal), map.voxel_size);
+    if (moves_on && add_standing(over(*tops), memory.tops, contacts)) return (kIntoTops_vx + kNear_vx) * map.voxel_size;
+  }
+  constexpr float kSlow_vx = 6;
+  if (plane == nullptr && distance < kSlow_vx * map.voxel_size) {
+    plane = flat_around(map, centre, reach, true, memory.ground);
   }
   if (plane == nullptr) return {};
-  const Vec3 down = -1.0F * to_shell.rotate_back(plane->outward_normal);
-  const Outermost outermost = outermost_of(partner, down);
-  const Over over{pair, *plane, to_shell, outermost, down};
-  if (!is_flat && !add_standing(over, contacts)) {
-    contacts.clear();
-    return {};
-  }
-  constexpr float kNear_vx = 0.2F;  // of the plane and the samples
+  const Over ground = over(*plane);
   float most = -distance;
-  for (std::size_t i = 0; i < outermost.count; ++i) {
-    const Contact contact = over.contact(outermost.places[i], i);
+  for (std::size_t i = 0; i < ground.outermost.count; ++i) {
+    const Contact contact = ground.contact(ground.outermost.places[i], i);
     most = std::max(most, contact.penetration + kNear_vx * map.voxel_size);
-    if (is_flat && contact.penetration >= -distance) contacts.push_back(contact);
+    if (contact.penetration >= -distance) contacts.push_back(contact);
   }
   return most;
 }

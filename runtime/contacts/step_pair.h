@@ -188,6 +188,14 @@ struct GroundMemory {
   std::array<KnownGround, 2> tops;  ///< nothing is above the plane, but parts may be missing below it
 };
 
+/// What stands on the plane over tops, see Partner::tops.
+struct TopsMemory {
+  Stand stand;                 ///< where that was found out
+  bool are_met = false;        ///< in the last step, by the points of a baked part
+  std::uint32_t corners = 0;   ///< of a solid's face, bits
+  std::uint64_t grounded = 0;  ///< places of the face that have ground below them, bits
+};
+
 /// What a pair remembers from step to step.
 struct PairMemory {
   bool is_lasting = true;  ///< false: it is for one step
@@ -200,11 +208,10 @@ struct PairMemory {
   /// The outward normal of a plane, or of a box's face that is wider than the shell, in each step since the other
   /// members' stands; else none. Field's frame.
   std::optional<Vec3> face;
-  Stand now;                            ///< in this step
-  bool touched = false;                 ///< in the last one
-  std::size_t contacts = 0;             ///< in the last one
-  bool on_tops = false;                 ///< in the last one, see Partner::tops
-  Stand tops_stand;                     ///< where that was found out
+  Stand now;                 ///< in this step
+  bool touched = false;      ///< in the last one
+  std::size_t contacts = 0;  ///< in the last one
+  TopsMemory tops;
   bool is_carried = false;              ///< it rests or slides, without contacts ahead
   bool slides_along = false;            ///< it is carried because it slides along a face
   std::uint8_t falls_far = 0;           ///< for so many more steps
@@ -226,8 +233,8 @@ struct PairMemory {
     return gap.distance > 0 ? gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) : 0;
   }
   void leave_apart() noexcept {
-    touched = on_tops = is_carried = slides_along = false;
-    tops_stand = {};
+    touched = is_carried = slides_along = false;
+    tops = {};
     last_count = contacts = 0;
   }
 };
