@@ -126,7 +126,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
   }
   side->are_all = found.are_all;
   const btTransform frame = to_bt(found.in_shell_frame ? of_step.shell_pose : of_step.field_pose);
-  side->manifolds.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
+  side->manifolds.replace(pair, found.contacts, {frame, found.reach, query.distance, of_step.beside()}, result);
   return found.contacts.empty() ? side->memory.known_distance(of_step) : 0;
 }
 

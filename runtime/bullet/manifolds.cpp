@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <typeinfo>
 #include <utility>
 
 namespace vps::bullet {
 namespace {
+
+constexpr btScalar kBreaking = btScalar(1.01);  // of a manifold's threshold: of the largest distance of a contact
 
 // The feature of a contact's point is its part in both bodies. Its index is the child of a compound, as Bullet's own.
 int feature_of(const btManifoldPoint& point) {
@@ -99,18 +102,23 @@ struct FreshPoint {
   btScalar depth;
 };
 
+// Puts the points of contacts in the contacts' order, before all others. @return how many there are
+int put_in_order(btPersistentManifold& manifold, std::span<const ManifoldContact> contacts) {
+  int next = 0;
+  for (const ManifoldContact& contact : contacts) {
+    int at = next;
+    while (at < manifold.getNumContacts() && feature_of(manifold.getContactPoint(at)) != int(contact.feature)) ++at;
+    if (at == manifold.getNumContacts()) continue;
+    if (at != next) std::swap(manifold.getContactPoint(next), manifold.getContactPoint(at));
+    ++next;
+  }
+  return next;
+}
+
 // Whether a manifold has points of the same contacts. If so, puts them in their order.
 bool are_the_same(btPersistentManifold& manifold, std::span<const ManifoldContact> contacts) {
   const int count = manifold.getNumContacts();
-  if (count != static_cast<int>(contacts.size())) return false;
-  for (int i = 0; i < count; ++i) {
-    const int feature = static_cast<int>(contacts[static_cast<std::size_t>(i)].feature);
-    int at = i;
-    while (at < count && feature_of(manifold.getContactPoint(at)) != feature) ++at;
-    if (at == count) return false;
-    if (at != i) std::swap(manifold.getContactPoint(i), manifold.getContactPoint(at));
-  }
-  return true;
+  return count == static_cast<int>(contacts.size()) && put_in_order(manifold, contacts) == count;
 }
 
 // Whether a result is Bullet's own, not one of a test that reports points.
@@ -140,7 +148,6 @@ void keep_placeholder(const FreshPoint& fresh, btPersistentManifold& manifold) {
   btManifoldPoint& p = manifold.getContactPoint(0);
   p = btManifoldPoint();
   p.m_localPointA = manifold.getBody0()->getWorldTransform().invXform(fresh.on_second + fresh.normal * fresh.depth);
-  p.m_appliedImpulseLateral1 = 1;  // else Bullet keeps it, where bodies have friction anchors
 }
 
 // Moves the points of a manifold, which keep their impulses: what clearing it and adding them again comes to.
@@ -194,59 +201,58 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
   return true;
 }
 
-// Adds points to a manifold that has none, or a placeholder of the first. Bullet accepts points by the threshold within
-// which it merges them, and that is as long as the way of a step: a shallow corner would take the place of a deep one
-// below it. So each has a threshold of its own, and the deepest comes last.
-class AddPoints {
- public:
-  AddPoints(std::span<const FreshPoint> fresh, btManifoldResult& result, btPersistentManifold& manifold)
-      : fresh_(fresh), result_(result), manifold_(manifold), threshold_(manifold.getContactBreakingThreshold()) {
-    for (std::size_t i = 0; i < fresh.size(); ++i) order_[i] = i;
-    if (!is_bullets_own(result)) return;
-    std::stable_sort(order_.begin(), order_.begin() + fresh.size(),
+using Order = std::array<std::size_t, MANIFOLD_CACHE_SIZE>;
+
+// The order in which points are added. Bullet accepts points by the threshold within which it merges them. With
+// contacts ahead it is as long as the way of a step: a shallow corner would take the place of a deep one below it. So
+// the deepest comes last.
+Order order_of(std::span<const FreshPoint> fresh, const Placing& placing) {
+  Order order{};
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (placing.reach > placing.touching) {
+    std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(fresh.size()),
                      [&](std::size_t i, std::size_t k) { return fresh[i].depth > fresh[k].depth; });
   }
-  [[nodiscard]] const FreshPoint& first() const { return fresh_[order_[0]]; }
-  void add(std::span<const ManifoldContact> contacts, btScalar beside) {
-    constexpr btScalar kOne = 0.05F;  // of `beside`: points that are closer to each other are one
-    for (const std::size_t i : std::span(order_).first(contacts.size())) {
-      const int feature = static_cast<int>(contacts[i].feature);
-      result_.setShapeIdentifiersA(feature, result_.getBody0Wrap()->m_index);
-      result_.setShapeIdentifiersB(feature, result_.getBody1Wrap()->m_index);
-      manifold_.setContactBreakingThreshold(std::clamp(btScalar(1.01) * fresh_[i].depth, kOne * beside, threshold_));
-      result_.addContactPoint(fresh_[i].normal, fresh_[i].on_second, fresh_[i].depth);
-    }
-    manifold_.setContactBreakingThreshold(threshold_);
-  }
+  return order;
+}
 
- private:
-  std::span<const FreshPoint> fresh_;
-  btManifoldResult& result_;
-  btPersistentManifold& manifold_;
-  const btScalar threshold_;
-  std::array<std::size_t, MANIFOLD_CACHE_SIZE> order_{};
-};
+// Adds a point. It is merged only with those that are closer than its own distance.
+void add_point(const ManifoldContact& contact, const FreshPoint& fresh, const Placing& placing,
+               btManifoldResult& result, btPersistentManifold& manifold) {
+  const int feature = static_cast<int>(contact.feature);
+  result.setShapeIdentifiersA(feature, result.getBody0Wrap()->m_index);
+  result.setShapeIdentifiersB(feature, result.getBody1Wrap()->m_index);
+  const btScalar threshold = manifold.getContactBreakingThreshold();
+  const btScalar least = kBreaking * btScalar(placing.touching);
+  manifold.setContactBreakingThreshold(std::min(std::max(kBreaking * fresh.depth, least), threshold));
+  // Else Bullet keeps the point that is there, where bodies have friction anchors.
+  for (int i = 0; i < manifold.getNumContacts(); ++i) manifold.getContactPoint(i).m_appliedImpulseLateral1 = 1;
+  result.addContactPoint(fresh.normal, fresh.on_second, fresh.depth);
+  manifold.setContactBreakingThreshold(threshold);
+}
 
 // Adds the points anew, with the impulses of old ones nearby.
 void add_points(const Pair& pair, std::span<const ManifoldContact> contacts, std::span<const FreshPoint> fresh,
                 const Placing& placing, btManifoldResult& result, btPersistentManifold& manifold) {
   const bool shell_is_first = manifold.getBody0() == pair.shell.object;
   OldPoints old(manifold, shell_is_first);
-  AddPoints all(fresh, result, manifold);
-  const bool goes_on =
-      old.count > 0 && is_bullets_own(result) && all.first().depth <= manifold.getContactBreakingThreshold();
-  if (goes_on) {
-    keep_placeholder(all.first(), manifold);
+  const Order order = order_of(fresh, placing);
+  const std::span<const std::size_t> all(order.data(), fresh.size());
+  // Those that moved beyond the threshold Bullet does not take.
+  const auto first = std::find_if(
+      all.begin(), all.end(), [&](std::size_t i) { return fresh[i].depth <= manifold.getContactBreakingThreshold(); });
+  if (old.count > 0 && is_bullets_own(result) && first != all.end()) {
+    keep_placeholder(fresh[*first], manifold);
   } else {
     manifold.clearManifold();
     old.forget_user_data();
   }
-  all.add(contacts, btScalar(placing.beside));
-  if (goes_on) manifold.getContactPoint(0).m_appliedImpulseLateral1 = 0;
-  (void)are_the_same(manifold, contacts);  // in their order
+  for (const std::size_t i : all) add_point(contacts[i], fresh[i], placing, result, manifold);
+  (void)put_in_order(manifold, contacts);
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
     btManifoldPoint& point = manifold.getContactPoint(i);
+    point.m_appliedImpulseLateral1 = 0;
     if (has_springs(pair)) make_spring(point, foundation_of(pair), contacts);
     old.hand_over(point, shell_is_first ? point.m_localPointA : point.m_localPointB, btScalar(placing.beside));
   }
@@ -315,7 +321,7 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
 
 void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                      btManifoldResult* result) {
-  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(placing.reach));
+  btPersistentManifold* const target = manifold(slot, result, kBreaking * btScalar(placing.reach));
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;

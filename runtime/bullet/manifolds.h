@@ -17,6 +17,7 @@ using detail::ManifoldContact;
 struct Placing {
   btTransform frame;  ///< takes their frame to the world
   float reach;        ///< their largest distance off the surface. [m]
+  float touching;     ///< the same of those that are not ahead. [m]
   float beside;       ///< those closer together are the same one from step to step. [m]
 };
 

@@ -31,11 +31,12 @@ std::optional<Foot> foot_of(const VoxelmapView& map, Vec3 from, float most) {
 }
 
 // Ground that is level in the grid of its samples stays so: their rounding tilts a plane by less.
-Vec3 without_noise(Vec3 normal) {
-  constexpr float kNoise = 4e-4F;  // [rad]
+constexpr float kNoise = 4e-4F;        // [rad]
+constexpr float kNoiseOfTops = 1e-3F;  // of fewer places
+Vec3 without_noise(Vec3 normal, float noise) {
   for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
     const Vec3 aside = cross(normal, axis);
-    if (dot(aside, aside) < kNoise * kNoise) return dot(normal, axis) > 0 ? axis : -1.0F * axis;
+    if (dot(aside, aside) < noise * noise) return dot(normal, axis) > 0 ? axis : -1.0F * axis;
   }
   return normal;
 }
@@ -72,7 +73,7 @@ std::optional<HalfSpaceField> plane_around(const VoxelmapView& map, Foot foot, f
     foot.place = foot.place + mean * foot.normal;
     foot.normal = (1 / length(normal)) * normal;
   }
-  const Vec3 normal = without_noise(foot.normal);
+  const Vec3 normal = without_noise(foot.normal, kNoise);
   return HalfSpaceField{normal, dot(normal, foot.place)};
 }
 
@@ -165,21 +166,33 @@ std::optional<HalfSpaceField> fit_top(const VoxelmapView& map, Vec3 centre, floa
     const Vec3 aside = cross(std::abs(n.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, n);
     const Vec3 u = (kSquare * radius / length(aside)) * aside;
     const Vec3 v = cross(n, u);
-    LeastSquares squares;
+    std::array<float, kAlong * kAlong> heights;
+    const auto at = [](int k) { return 2 * static_cast<float>(k) / static_cast<float>(kAlong - 1) - 1; };
     for (int i = 0; i < kAlong * kAlong; ++i) {
-      const auto at = [=](int k) { return 2 * static_cast<float>(k) / static_cast<float>(kAlong - 1) - 1; };
-      const float a = at(i % kAlong);
-      const float b = at(i / kAlong);
-      const float height = voxelmap_penetration(map, foot.place + a * u + b * v, {});
-      if (std::abs(height) <= most_vx * map.voxel_size) squares.add(double{a}, double{b}, double{height});
+      heights[i] = voxelmap_penetration(map, foot.place + at(i % kAlong) * u + at(i / kAlong) * v, {});
+    }
+    const auto is_in = [&](int a, int b) { return std::abs(heights[b * kAlong + a]) <= most_vx * map.voxel_size; };
+    // Beside an edge the surface is rounded off by as much as tilts the plane.
+    const auto is_inside = [&](int a, int b) {
+      const auto near = [](int k, int by) { return std::clamp(k + by, 0, kAlong - 1); };
+      return is_in(near(a, -1), b) && is_in(near(a, 1), b) && is_in(a, near(b, -1)) && is_in(a, near(b, 1));
+    };
+    LeastSquares all;
+    LeastSquares inside;
+    for (int i = 0; i < kAlong * kAlong; ++i) {
+      const int a = i % kAlong;
+      const int b = i / kAlong;
+      if (!is_in(a, b)) continue;
+      all.add(double{at(a)}, double{at(b)}, double{heights[i]});
+      if (is_inside(a, b)) inside.add(double{at(a)}, double{at(b)}, double{heights[i]});
     }
     double x[3];
-    if (!squares.solve(x)) return {};
+    if (!inside.solve(x) && !all.solve(x)) return {};
     const Vec3 rise = (1 / dot(u, u)) * (static_cast<float>(x[1]) * u + static_cast<float>(x[2]) * v);
     const Vec3 tilted = n - rise;
     foot = {foot.place + static_cast<float>(x[0]) * n, (1 / length(tilted)) * tilted};
   }
-  const Vec3 normal = without_noise(foot.normal);
+  const Vec3 normal = without_noise(foot.normal, kNoiseOfTops);
   return HalfSpaceField{normal, dot(normal, foot.place)};
 }
 

@@ -132,7 +132,7 @@ bool stands_on(const StepPair& pair, const Partner& partner, const HalfSpaceFiel
     const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
     if (!partner.has_ground(place)) {
       // It may touch lower ground.
-      if (voxelmap_penetration(*partner.tops, place, {}) >= -options.contact_distance) return false;
+      if (voxelmap_penetration(*partner.tops, place, {}) >= -lower_ground_within(pair)) return false;
       continue;
     }
     if (grounded++ == 0) first = place;

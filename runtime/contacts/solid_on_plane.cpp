@@ -60,6 +60,17 @@ Ball ball_around(const Partner& partner) {
   return ball;
 }
 
+// Whether a solid may stand.
+bool has_faces(const Partner& partner) {
+  if (!partner.corners.places.empty()) return true;
+  return partner.field.visit([](const auto& field) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, RevolvedField>) {
+      return field.profile != RevolvedField::Profile::capsule;
+    }
+    return false;
+  });
+}
+
 // @param down  into the ground, solid's frame, unit
 Outermost outermost_of(const Partner& partner, Vec3 down) {
   Outermost out;
@@ -116,75 +127,120 @@ struct Over {
 
 constexpr float kIntoTops_vx = 0.5F;  // in the plane over tops a solid that stands on them is no deeper
 
-// The face on which a solid may stand: its corners, and places on the lines between these.
-struct Face {
-  static constexpr std::size_t kMost = 64;
-  std::uint32_t corners = 0;  // bits of outermost places
-  std::array<Vec3, kMost> places;
-  std::array<std::size_t, kMost> numbers;
-  std::size_t count = 0;
-
-  void add(Vec3 place, std::size_t number) {
-    if (count == kMost) return;
-    places[count] = place;
-    numbers[count++] = number;
-  }
-};
-
-// The face that touches a plane; an empty one if the solid is deep in it, or has no face there.
-Face face_on(const Over& over) {
-  Face face;
+// The corners of the face with which a solid stands on a plane, bits; 0: it is deep in it, or has no face there.
+std::uint32_t face_on(const Over& over) {
+  const float margin = over.pair.margin;
+  std::uint32_t face = 0;
   for (std::size_t i = 0; i < over.outermost.count; ++i) {
-    const float depth = over.depth(over.outermost.places[i]);
-    if (depth > kIntoTops_vx * over.pair.distances.voxel_size) return {};
-    if (!(depth >= -over.pair.touching())) continue;
-    face.add(over.outermost.places[i], i);
-    face.corners |= 1U << i;
+    const float depth = over.depth(over.outermost.places[i]) + margin;
+    if (depth > kIntoTops_vx * over.pair.distances.voxel_size) return 0;
+    if (depth >= -over.pair.touching()) face |= 1U << i;
   }
-  const std::size_t corners = face.count;
-  if (corners < 3) return {};
-  std::size_t first = kMostCorners;
-  for (const float part : {0.5F, 0.25F, 0.75F}) {
-    for (std::size_t i = 0; i < corners; ++i) {
+  return std::popcount(face) >= 3 ? face : 0;
+}
+
+// Finds the places of a face that have ground below them: corners, places on the lines between these, and where the
+// ground ends there. None where the solid does not stand on it, but in a hole or on an edge.
+class FindGround {
+ public:
+  FindGround(const Over& over, std::uint32_t face, std::vector<PlaceOnTops>& places) : o_(over), places_(places) {
+    places.clear();
+    std::array<std::uint32_t, kMostCorners> corners{};
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < o_.outermost.count; ++i) {
+      if ((face >> i & 1) != 0) corners[count++] = i;
+    }
+    for (std::size_t i = 0; i < count; ++i) grounded_[i] = sample(o_.outermost.places[corners[i]], corners[i]);
+    // Unequal ones do not all meet the slots of a grating. Hulls of many corners need fewer.
+    constexpr std::array<float, 4> kParts = {0.39F, 0.86F, 0.17F, 0.61F};
+    const std::size_t parts = count <= 5 ? 4 : count <= 8 ? 2 : 1;
+    for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < i; ++k) {
-        face.add(face.places[k] + part * (face.places[i] - face.places[k]),
-                 first + kMostCorners * face.numbers[i] + face.numbers[k]);
+        const Line line{o_.outermost.places[corners[k]], o_.outermost.places[corners[i]],
+                        kMostCorners + kOfLine * (kMostCorners * corners[i] + corners[k])};
+        sample_line(line, {kParts.data(), parts}, grounded_[k], grounded_[i]);
       }
     }
-    first += std::size_t{kMostCorners} * kMostCorners;
+    const bool stands = !is_lower_ && places.size() >= 3 && 2 * hits_ >= tested_;
+    if (!stands) places.clear();
   }
-  return face;
-}
 
-// Which places of a face have ground below them; 0 where the solid does not stand on it, but in a hole or on an edge.
-std::uint64_t find_ground(const Over& over, const Face& face) {
-  const VoxelmapView& map = over.pair.distances;
-  std::uint64_t grounded = 0;
-  for (std::size_t i = 0; i < face.count; ++i) {
-    const Vec3 at = over.to_map.apply(face.places[i]);
-    if (has_ground(map, over.plane, at)) {
-      grounded |= std::uint64_t{1} << i;
-      continue;
+ private:
+  struct Line {
+    Vec3 from, to;
+    std::uint32_t number;
+    [[nodiscard]] Vec3 at(float part) const { return from + part * (to - from); }
+  };
+  static constexpr std::uint32_t kOfLine = 16;  // places, at most
+
+  [[nodiscard]] bool has_ground_at(Vec3 at) const { return has_ground(o_.pair.distances, o_.plane, at); }
+  bool sample(Vec3 place, std::uint32_t number) {
+    ++tested_;
+    const Vec3 at = o_.to_map.apply(place);
+    if (has_ground_at(at)) {
+      ++hits_;
+      places_.push_back({place, number});
+      return true;
     }
-    // It may touch lower ground.
-    const Vec3 lowest = at - over.outermost.thickness * over.plane.outward_normal;
-    if (voxelmap_penetration(map, lowest, {}) >= -over.pair.touching()) return 0;
+    const Vec3 lowest = at - o_.outermost.thickness * o_.plane.outward_normal;
+    const float v = voxelmap_penetration(o_.pair.distances, lowest, {});
+    is_lower_ = is_lower_ || v >= -lower_ground_within(o_.pair);
+    return false;
   }
-  const auto most = static_cast<std::size_t>(std::popcount(grounded));
-  return most >= 3 && 2 * most >= face.count ? grounded : 0;
-}
+  void sample_line(const Line& line, std::span<const float> parts, bool from_grounded, bool to_grounded) {
+    struct Sample {
+      float part;
+      bool grounded;
+    };
+    std::array<Sample, 6> samples{{{0, from_grounded}, {1, to_grounded}}};
+    std::size_t count = 2;
+    for (const float part : parts) {
+      samples[count] = {part, sample(line.at(part), line.number + static_cast<std::uint32_t>(count))};
+      ++count;
+    }
+    const auto end = samples.begin() + static_cast<std::ptrdiff_t>(count);
+    std::sort(samples.begin(), end, [](const Sample& a, const Sample& b) { return a.part < b.part; });
+    // A body tips about the end of the ground.
+    for (std::size_t i = 1; i < count && ends_ < kMostEnds; ++i) {
+      if (samples[i - 1].grounded == samples[i].grounded) continue;
+      ++ends_;
+      float on = samples[i - 1].grounded ? samples[i - 1].part : samples[i].part;
+      float off = samples[i - 1].grounded ? samples[i].part : samples[i - 1].part;
+      for (int n = 0; n < kHalvings; ++n) {
+        const float middle = (on + off) / 2;
+        (has_ground_at(o_.to_map.apply(line.at(middle))) ? on : off) = middle;
+      }
+      places_.push_back({line.at(on), line.number + 6 + static_cast<std::uint32_t>(i)});
+    }
+  }
+
+  static constexpr std::size_t kMostEnds = 24;
+  static constexpr int kHalvings = 4;
+
+  const Over& o_;
+  std::vector<PlaceOnTops>& places_;
+  std::array<bool, kMostCorners> grounded_{};
+  bool is_lower_ = false;  // it may touch lower ground
+  std::size_t tested_ = 0, hits_ = 0, ends_ = 0;
+};
 
 // @return whether the solid stands on the plane over tops
-bool add_standing(const Over& over, TopsMemory& memory, std::vector<Contact>& contacts) {
-  const Face face = face_on(over);
-  if (face.count == 0) return false;
-  if (memory.corners != face.corners || !stands_still(over.pair, memory.stand)) {
-    memory = {over.pair.shell_to_field, false, face.corners, find_ground(over, face)};
+bool add_standing(const Over& over, float distance, TopsMemory& memory, std::vector<Contact>& contacts) {
+  const std::uint32_t face = face_on(over);
+  if (face == 0) return false;
+  if (memory.face != face || !stands_still(over.pair, memory.stand)) {
+    memory.stand = over.pair.shell_to_field;
+    memory.face = face;
+    FindGround(over, face, memory.places);
   }
-  for (std::size_t i = 0; i < face.count; ++i) {
-    if ((memory.grounded >> i & 1) != 0) contacts.push_back(over.contact(face.places[i], face.numbers[i]));
+  for (const PlaceOnTops& place : memory.places) contacts.push_back(over.contact(place.at, place.number));
+  if (memory.places.empty()) return false;
+  for (std::uint32_t i = 0; i < over.outermost.count; ++i) {
+    if ((face >> i & 1) != 0) continue;
+    const Contact contact = over.contact(over.outermost.places[i], i);
+    if (contact.penetration >= -distance) contacts.push_back(contact);
   }
-  return !contacts.empty();
+  return true;
 }
 
 }  // namespace
@@ -207,12 +263,13 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   };
   constexpr float kNear_vx = 0.2F;  // of the plane and the samples
   const HalfSpaceField* plane = flat_around(map, centre, reach, false, memory.ground);
-  if (plane == nullptr && memory.lay_flat() && pair.shell_motion != nullptr) {
+  if (plane == nullptr && has_faces(partner) && memory.lay_flat() && pair.shell_motion != nullptr) {
     const HalfSpaceField* const tops = tops_around(map, centre, reach, memory.ground);
     const bool moves_on =
         tops != nullptr && moves_along(*pair.field_motion, *pair.shell_motion,
                                        Transform(pair.shell_pose).rotate(tops->outward_normal), map.voxel_size);
-    if (moves_on && add_standing(over(*tops), memory.tops, contacts)) return (kIntoTops_vx + kNear_vx) * map.voxel_size;
+    if (moves_on && add_standing(over(*tops), distance, memory.tops, contacts))
+      return (kIntoTops_vx + kNear_vx) * map.voxel_size;
   }
   constexpr float kSlow_vx = 6;
   if (plane == nullptr && distance < kSlow_vx * map.voxel_size) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "runtime/contacts/between_samples.h"
 #include "runtime/contacts/corner_contacts.h"
@@ -188,12 +189,18 @@ struct GroundMemory {
   std::array<KnownGround, 2> tops;  ///< nothing is above the plane, but parts may be missing below it
 };
 
+/// A place of a solid's face that has ground below it.
+struct PlaceOnTops {
+  Vec3 at;  ///< solid's frame. [m]
+  std::uint32_t number = 0;
+};
+
 /// What stands on the plane over tops, see Partner::tops.
 struct TopsMemory {
-  Stand stand;                 ///< where that was found out
-  bool are_met = false;        ///< in the last step, by the points of a baked part
-  std::uint32_t corners = 0;   ///< of a solid's face, bits
-  std::uint64_t grounded = 0;  ///< places of the face that have ground below them, bits
+  Stand stand;             ///< where that was found out
+  bool are_met = false;    ///< in the last step, by the points of a baked part
+  std::uint32_t face = 0;  ///< corners with which a solid touches the plane, bits
+  std::vector<PlaceOnTops> places;
 };
 
 /// What a pair remembers from step to step.

@@ -34,6 +34,11 @@ const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float re
 const HalfSpaceField* tops_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory);
 /// Whether the map has a surface below a place, within 0.1 voxels of the plane over its tops.
 bool has_ground(const VoxelmapView& map, const HalfSpaceField& tops, Vec3 place) noexcept;
+/// A place without ground that is nearer to the map touches lower ground. Beside a wall the distance is the same at any
+/// height, so this is less than what counts as ground. [m]
+inline float lower_ground_within(const StepPair& pair) noexcept {
+  return pair.margin + 0.5F * pair.touching();
+}
 
 /// Whether a body moves along a face of another that does not turn, or spins on it: however fast, its points come no
 /// closer to the face.

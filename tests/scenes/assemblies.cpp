@@ -208,7 +208,7 @@ void place(Run& run, const Heap& heap, const Part& part) {
     add_box({btScalar(half + 2 * wall), btScalar(wall), btScalar(20 * size)}, {0, btScalar(side), btScalar(20 * size)},
             Run::Look::hidden);
   }
-  test::Random random;
+  test::Random random(heap.seed);
   for (int layer = 0; layer < heap.layers; ++layer) {
     for (int i = 0; i < heap.across * heap.across; ++i) {
       const int row = i / heap.across;

@@ -77,6 +77,7 @@ class HingedTrain {
 struct Heap {
   int across = 2;  ///< bodies along either side of a layer
   int layers = 1;
+  std::uint64_t seed = 1;  ///< of the bodies' rotations
 };
 void place(Run& run, const Heap& heap, const Part& part);
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "runtime/bullet/partners/convex_planes.h"
 #include "tests/runtime/bullet/world.h"
@@ -324,32 +325,54 @@ TEST(Partners, ALargeTurnedHullIsAsHighAsItsCorners) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 1e-4);
 }
 
+// Depths of the contacts of a box that falls at 2 m/s, in its first step.
+std::vector<double> depths_of_falling(btBoxShape& box, const std::array<double, 9>& rotation, double deep, int flags) {
+  constexpr double kTop = 0.05;
+  static bullet::Shape ground(baked_at(make_box({0.4, 0.4, kTop}), 0.005));
+  btTransform at = btTransform::getIdentity();
+  for (int i = 0; i < 9; ++i) at.getBasis()[i / 3][i % 3] = btScalar(rotation[static_cast<std::size_t>(i)]);
+  btScalar lowest = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    btVector3 place;
+    box.getVertex(corner, place);
+    lowest = std::min(lowest, (at * place).z());
+  }
+  at.getOrigin().setZ(btScalar(kTop - deep) - lowest);
+  World scene;
+  scene.add(ground, 0, ground.asset_frame().inverse());
+  btRigidBody& body = scene.add(box, 1, at);
+  body.setLinearVelocity(vec(0, 0, -2));
+  body.setCollisionFlags(body.getCollisionFlags() | flags);
+  scene.step(1, btScalar(1.0 / 60));
+  std::vector<double> depths;
+  for (const btManifoldPoint& point : scene.points()) depths.push_back(-double(point.getDistance()));
+  return depths;
+}
+
 // The way of a step is longer than the edge between a deep corner and a shallow one above it.
 TEST(Partners, AFastBoxHasAContactAtItsLowestCorner) {
-  constexpr double kTop = 0.05;
   constexpr double kDeep = 0.001;
-  bullet::Shape ground(baked_at(make_box({0.4, 0.4, kTop}), 0.005));
   btBoxShape box(vec(0.04, 0.03, 0.01));
+  btBoxShape cube(vec(0.006, 0.006, 0.006));
   Random random;
   for (int start = 0; start < 50; ++start) {
     const std::array<double, 9> rotation = random.rotation();
-    btTransform at = btTransform::getIdentity();
-    for (int i = 0; i < 9; ++i) at.getBasis()[i / 3][i % 3] = btScalar(rotation[static_cast<std::size_t>(i)]);
-    btScalar lowest = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      btVector3 place;
-      box.getVertex(corner, place);
-      lowest = std::min(lowest, (at * place).z());
+    for (btBoxShape* const shape : {&box, &cube}) {
+      for (const int flags : {0, int{btCollisionObject::CF_HAS_FRICTION_ANCHOR}}) {
+        const std::vector<double> depths = depths_of_falling(*shape, rotation, kDeep, flags);
+        ASSERT_FALSE(depths.empty());
+        EXPECT_NEAR(*std::max_element(depths.begin(), depths.end()), kDeep, 2e-4) << start << ", flags " << flags;
+      }
     }
-    at.getOrigin().setZ(btScalar(kTop - kDeep) - lowest);
-    World scene;
-    scene.add(ground, 0, ground.asset_frame().inverse());
-    scene.add(box, 1, at).setLinearVelocity(vec(0, 0, -2));
-    scene.step(1, btScalar(1.0 / 60));
-    double deepest = 0;
-    for (const btManifoldPoint& point : scene.points()) deepest = std::max(deepest, -double(point.getDistance()));
-    EXPECT_NEAR(deepest, kDeep, 2e-4) << start;
   }
+}
+
+// All of its corners are closer together than the way of the step.
+TEST(Partners, ASmallFastCubeHasFourContacts) {
+  btBoxShape cube(vec(0.006, 0.006, 0.006));
+  const std::vector<double> depths = depths_of_falling(cube, {1, 0, 0, 0, 1, 0, 0, 0, 1}, 0.0002, 0);
+  EXPECT_EQ(depths.size(), 4U);
+  for (const double depth : depths) EXPECT_NEAR(depth, 0.0002, 1e-4);
 }
 
 TEST(Partners, AHullWhosePointsMoveIsNoticed) {

@@ -209,6 +209,49 @@ TEST(Sliding, AFlatPartSlidesOverSlots) {
   }
 }
 
+// As thick by its margin as a fifth of a voxel.
+TEST(Sliding, ABoxSlidesOverSlotsOfGroundWithAMargin) {
+  constexpr double kThick = 0.001;
+  bullet::Shape ground(baked_at(plates(0), 0.005));
+  ground.setMargin(btScalar(kThick));
+  btBoxShape box({btScalar(0.02), btScalar(0.015), btScalar(0.004)});
+  World scene;
+  add_plates(scene, ground, {});
+  btRigidBody& body = scene.add(box, 1, {btScalar(-0.5), btScalar(0.013), btScalar(kTop + kThick + 0.004)});
+  body.setFriction(0);
+  body.setLinearVelocity({btScalar(0.5), 0, 0});
+  scene.step(400);
+  EXPECT_NEAR(body.getLinearVelocity().x(), 0.5, 0.01);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), kTop + kThick + 0.004, 5e-4);
+}
+
+// Its mass is far to one side: it tips about the end of the ground, not about a place that was looked up.
+TEST(Sliding, ALoadedBoxRestsUpToTheEndOfTheGround) {
+  bullet::Shape ground(baked_at(plates(0), 0.005));
+  constexpr double kEnd = 0.619;  // of the last plate
+  btBoxShape box({btScalar(0.05), btScalar(0.04), btScalar(0.01)});
+  for (const double over : {0.03, 0.02, 0.01}) {
+    for (const double before : {0.008, -0.004}) {
+      const double middle = 0.05 - over - before;  // of the mass, from that of the box
+      btCompoundShape loaded;
+      loaded.addChildShape(btTransform(btQuaternion::getIdentity(), {btScalar(-middle), 0, 0}), &box);
+      World scene;
+      scene.add(
+          ground, 0,
+          btTransform(btQuaternion::getIdentity(), {0, 0, btScalar(kTop - 0.05)}) * ground.asset_frame().inverse());
+      btRigidBody& body = scene.add(loaded, 1, {btScalar(kEnd - before), btScalar(0.013), btScalar(kTop + 0.01)});
+      scene.step(480);
+      const double up = double(body.getWorldTransform().getBasis().getColumn(2).z());
+      if (before > 0) {
+        EXPECT_LT(speed(body), 2e-3) << over;
+        EXPECT_NEAR(up, 1, 1e-4) << over;
+      } else {
+        EXPECT_LT(up, 0.9) << over;
+      }
+    }
+  }
+}
+
 TEST(Sliding, AStepStopsAFlatPart) {
   bullet::Shape part(baked_at(make_box({0.02, 0.015, 0.004}), 0.001));
   btBoxShape box({btScalar(0.02), btScalar(0.015), btScalar(0.004)});
