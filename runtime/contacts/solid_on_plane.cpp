@@ -152,13 +152,14 @@ class FindGround {
     }
     for (std::size_t i = 0; i < count; ++i) grounded_[i] = sample(o_.outermost.places[corners[i]], corners[i]);
     // Unequal ones do not all meet the slots of a grating. Hulls of many corners need fewer.
-    constexpr std::array<float, 4> kParts = {0.39F, 0.86F, 0.17F, 0.61F};
-    const std::size_t parts = count <= 5 ? 4 : count <= 8 ? 2 : 1;
+    static constexpr float kParts[] = {0.17F, 0.39F, 0.61F, 0.86F};
+    const std::span<const float> all(kParts);
+    const std::span<const float> parts = count <= 5 ? all : count <= 8 ? all.subspan(1, 2) : all.subspan(1, 1);
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < i; ++k) {
         const Line line{o_.outermost.places[corners[k]], o_.outermost.places[corners[i]],
                         kMostCorners + kOfLine * (kMostCorners * corners[i] + corners[k])};
-        sample_line(line, {kParts.data(), parts}, grounded_[k], grounded_[i]);
+        sample_line(line, parts, grounded_[k], grounded_[i]);
       }
     }
     const bool stands = !is_lower_ && places.size() >= 3 && 2 * hits_ >= tested_;
@@ -188,34 +189,32 @@ class FindGround {
     return false;
   }
   void sample_line(const Line& line, std::span<const float> parts, bool from_grounded, bool to_grounded) {
-    struct Sample {
-      float part;
-      bool grounded;
-    };
-    std::array<Sample, 6> samples{{{0, from_grounded}, {1, to_grounded}}};
-    std::size_t count = 2;
-    for (const float part : parts) {
-      samples[count] = {part, sample(line.at(part), line.number + static_cast<std::uint32_t>(count))};
-      ++count;
-    }
-    const auto end = samples.begin() + static_cast<std::ptrdiff_t>(count);
-    std::sort(samples.begin(), end, [](const Sample& a, const Sample& b) { return a.part < b.part; });
+    float last = 0;
+    bool was_grounded = from_grounded;
+    std::uint32_t number = line.number;
     // A body tips about the end of the ground.
-    for (std::size_t i = 1; i < count && ends_ < kMostEnds; ++i) {
-      if (samples[i - 1].grounded == samples[i].grounded) continue;
-      ++ends_;
-      float on = samples[i - 1].grounded ? samples[i - 1].part : samples[i].part;
-      float off = samples[i - 1].grounded ? samples[i].part : samples[i - 1].part;
-      for (int n = 0; n < kHalvings; ++n) {
-        const float middle = (on + off) / 2;
-        (has_ground_at(o_.to_map.apply(line.at(middle))) ? on : off) = middle;
-      }
-      places_.push_back({line.at(on), line.number + 6 + static_cast<std::uint32_t>(i)});
+    const auto go_to = [&](float part, bool grounded) {
+      if (grounded != was_grounded && ends_ < kMostEnds)
+        add_end(line, grounded ? part : last, grounded ? last : part, number);
+      last = part;
+      was_grounded = grounded;
+      number += 2;
+    };
+    for (const float part : parts) go_to(part, sample(line.at(part), number + 1));
+    go_to(1, to_grounded);
+  }
+  // @param on, off  parts of the line, with and without ground
+  void add_end(const Line& line, float on, float off, std::uint32_t number) {
+    constexpr int kHalvings = 4;
+    ++ends_;
+    for (int n = 0; n < kHalvings; ++n) {
+      const float middle = (on + off) / 2;
+      (has_ground_at(o_.to_map.apply(line.at(middle))) ? on : off) = middle;
     }
+    places_.push_back({line.at(on), number});
   }
 
   static constexpr std::size_t kMostEnds = 24;
-  static constexpr int kHalvings = 4;
 
   const Over& o_;
   std::vector<PlaceOnTops>& places_;

@@ -226,7 +226,7 @@ struct PairMemory {
   std::size_t last_count = 0;
 
   [[nodiscard]] std::span<const std::uint32_t> last_features() const { return {last.data(), last_count}; }
-  /// Whether it had contacts of a part that lies flat, in the last step.
+  /// Whether it had as many contacts in the last step as a part that lies flat.
   [[nodiscard]] bool lay_flat() const noexcept { return contacts >= 3; }
   void remember(std::span<const ManifoldContact> few) noexcept {
     contacts = few.size();
