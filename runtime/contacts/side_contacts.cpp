@@ -206,22 +206,24 @@ void choose(const Side& side, const FoundContacts& found) {
     });
     std::swap(four[0], *deepest);
   }
-  count = std::min(count, side.query.most);
+  const std::size_t most = found.way > 0 ? side.query.most_ahead : side.query.most;
+  count = std::min(count, most);
   std::vector<std::uint32_t>& chosen = side.space.chosen;
   chosen.assign(four.begin(), four.begin() + count);
-  if (side.query.most > four.size()) {
+  if (most > four.size()) {
     const auto squared = [&](std::size_t i, std::size_t k) {
       const auto along = [&](int axis) { return rows.position[axis][i] - rows.position[axis][k]; };
       return along(0) * along(0) + along(1) * along(1) + along(2) * along(2);
     };
     choose_more(
-        rows.count, [&](std::size_t i) { return rows.penetration[i]; }, squared, pair.alike(), side.query.most,
-        side.space.nearest, chosen);
+        rows.count, [&](std::size_t i) { return rows.penetration[i]; }, squared, pair.alike(), most, side.space.nearest,
+        chosen);
   }
   remember_choice(pair, found, chosen, side.memory);
   add_contacts_of_rows(pair, found, chosen, few);
   if (are_refined(pair, side.partner, found, side.memory, few)) return;
   few.resize(refine(pair, side.partner, found, few));
+  for (std::size_t i = 0; i < few.size(); ++i) few[i].slot = static_cast<int>(i / side.query.most);
 }
 
 // Few springs that have the wrench of all penetrating points.

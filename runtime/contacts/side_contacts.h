@@ -13,6 +13,7 @@ struct SideQuery {
   std::span<const FlatPatch> flat_patches = {};  ///< of the shell, for springs
   Approach approach = {};                        ///< of the pair
   std::size_t most = 4;                          ///< contacts; with segments, kContactsPerSegment for each
+  std::size_t most_ahead = 4;  ///< the same in a step with contacts ahead; beyond `most` in further slots
 };
 
 struct SideContacts {

@@ -150,7 +150,7 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   const bool are_coarse = step.options.use == StepUse::constraints && near > std::max(step.options.distance, touching);
   SideQuery query{are_coarse ? near : step.options.distance, step.both};
   query.approach = approach(pair);
-  query.most = step.most;
+  query.most = query.most_ahead = step.most;
   const double reach = double{query.distance + query.approach.way};
   const FieldBox box = box_of(field);
   // A field may lie a little outside the bounds of its mesh.

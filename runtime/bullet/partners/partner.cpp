@@ -89,6 +89,9 @@ OwnField own_field(const btCollisionShape& shape, const btVector3& from, ConvexP
   }
 }
 
+// A solid that falls fast may meet the ground with any of a box's corners.
+constexpr std::size_t kManifoldsAhead = 2;
+
 // How a body moves in the step. The effect of the forces of the step is included.
 StepMotion motion_in_step(const PairBody& body, btScalar step) {
   const btCollisionObject& object = *body.object;
@@ -131,6 +134,7 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
     out.margin += number(body->vps->getMargin());
   }
   if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);
+  out.query.most_ahead = kManifoldsAhead * MANIFOLD_CACHE_SIZE;
   out.query.distance = std::max(detail::contact_distance(voxel, spacing), number(distance));
   out.reach = double{out.query.distance + out.query.approach.way};
   return out;
