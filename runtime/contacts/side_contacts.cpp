@@ -121,24 +121,19 @@ bool stands_on(const StepPair& pair, const Partner& partner, const HalfSpaceFiel
   float most = 0;
   if (find_hits(pair.shell, plane, pair.shell_to_field, options, space.scratch, hits, most) != Status::ok) return false;
   const std::uint32_t step = hits.count / kMostTested + 1;
-  std::uint32_t tested = 0;
+  Footing footing(pair, *partner.tops, plane);
   std::uint32_t grounded = 0;
   Vec3 first;
   float widest = 0;
   for (std::uint32_t i = 0; i < hits.count; ++i) {
     if (hits.penetration[i] + pair.margin > kDeep_vx * voxel) return false;
     if (i % step != 0) continue;
-    ++tested;
     const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
-    if (!partner.has_ground(place)) {
-      // It may touch lower ground.
-      if (voxelmap_penetration(*partner.tops, place, {}) >= -lower_ground_within(pair)) return false;
-      continue;
-    }
+    if (!footing.test(place, place)) continue;
     if (grounded++ == 0) first = place;
     widest = std::max(widest, length(place - first));
   }
-  return grounded >= 3 && 2 * grounded >= tested && widest >= sphere_radius(pair.shell, 0);
+  return footing.holds() && grounded >= 3 && widest >= sphere_radius(pair.shell, 0);
 }
 
 // The plane over tops, as a partner.

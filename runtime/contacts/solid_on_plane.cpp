@@ -143,7 +143,8 @@ std::uint32_t face_on(const Over& over) {
 // ground ends there. None where the solid does not stand on it, but in a hole or on an edge.
 class FindGround {
  public:
-  FindGround(const Over& over, std::uint32_t face, std::vector<PlaceOnTops>& places) : o_(over), places_(places) {
+  FindGround(const Over& over, std::uint32_t face, std::vector<PlaceOnTops>& places)
+      : o_(over), places_(places), footing_(over.pair, over.pair.distances, over.plane) {
     places.clear();
     std::array<std::uint32_t, kMostCorners> corners{};
     std::size_t count = 0;
@@ -162,8 +163,7 @@ class FindGround {
         sample_line(line, parts, grounded_[k], grounded_[i]);
       }
     }
-    const bool stands = !is_lower_ && places.size() >= 3 && 2 * hits_ >= tested_;
-    if (!stands) places.clear();
+    if (!footing_.holds() || places.size() < 3) places.clear();
   }
 
  private:
@@ -174,19 +174,11 @@ class FindGround {
   };
   static constexpr std::uint32_t kOfLine = 16;  // places, at most
 
-  [[nodiscard]] bool has_ground_at(Vec3 at) const { return has_ground(o_.pair.distances, o_.plane, at); }
   bool sample(Vec3 place, std::uint32_t number) {
-    ++tested_;
     const Vec3 at = o_.to_map.apply(place);
-    if (has_ground_at(at)) {
-      ++hits_;
-      places_.push_back({place, number});
-      return true;
-    }
-    const Vec3 lowest = at - o_.outermost.thickness * o_.plane.outward_normal;
-    const float v = voxelmap_penetration(o_.pair.distances, lowest, {});
-    is_lower_ = is_lower_ || v >= -lower_ground_within(o_.pair);
-    return false;
+    if (!footing_.test(at, at - o_.outermost.thickness * o_.plane.outward_normal)) return false;
+    places_.push_back({place, number});
+    return true;
   }
   void sample_line(const Line& line, std::span<const float> parts, bool from_grounded, bool to_grounded) {
     float last = 0;
@@ -209,7 +201,7 @@ class FindGround {
     ++ends_;
     for (int n = 0; n < kHalvings; ++n) {
       const float middle = (on + off) / 2;
-      (has_ground_at(o_.to_map.apply(line.at(middle))) ? on : off) = middle;
+      (has_ground(o_.pair.distances, o_.plane, o_.to_map.apply(line.at(middle))) ? on : off) = middle;
     }
     places_.push_back({line.at(on), number});
   }
@@ -218,9 +210,9 @@ class FindGround {
 
   const Over& o_;
   std::vector<PlaceOnTops>& places_;
+  Footing footing_;
   std::array<bool, kMostCorners> grounded_{};
-  bool is_lower_ = false;  // it may touch lower ground
-  std::size_t tested_ = 0, hits_ = 0, ends_ = 0;
+  std::size_t ends_ = 0;
 };
 
 // @return whether the solid stands on the plane over tops

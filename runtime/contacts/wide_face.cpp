@@ -153,6 +153,20 @@ bool Partner::has_ground(Vec3 place) const noexcept {
   });
 }
 
+// Beside a wall the distance is the same at any height, so lower ground is nearer than what counts as touching.
+Footing::Footing(const StepPair& pair, const VoxelmapView& map, const HalfSpaceField& tops) noexcept
+    : map_(map), tops_(tops), lower_within_(pair.margin + 0.5F * pair.touching()) {}
+
+bool Footing::test(Vec3 place, Vec3 lowest) noexcept {
+  ++tested_;
+  if (has_ground(map_, tops_, place)) {
+    ++grounded_;
+    return true;
+  }
+  touches_lower_ = touches_lower_ || voxelmap_penetration(map_, lowest, {}) >= -lower_within_;
+  return false;
+}
+
 bool moves_along(const StepMotion& body, const StepMotion& ground, Vec3 normal, double voxel_size) noexcept {
   constexpr float kTips_vx = 0.25F;  // one that slides tips less than this in a step, one that rolls turns more
   if (dot(ground.turn, ground.turn) > 0) return false;

@@ -34,11 +34,26 @@ const HalfSpaceField* flat_around(const VoxelmapView& map, Vec3 centre, float re
 const HalfSpaceField* tops_around(const VoxelmapView& map, Vec3 centre, float reach, GroundMemory& memory);
 /// Whether the map has a surface below a place, within 0.1 voxels of the plane over its tops.
 bool has_ground(const VoxelmapView& map, const HalfSpaceField& tops, Vec3 place) noexcept;
-/// A place without ground that is nearer to the map touches lower ground. Beside a wall the distance is the same at any
-/// height, so this is less than what counts as ground. [m]
-inline float lower_ground_within(const StepPair& pair) noexcept {
-  return pair.margin + 0.5F * pair.touching();
-}
+/// Whether a body stands on the plane over a map's tops, by what is below its places there. In a hole or on an edge it
+/// meets the map.
+class Footing {
+ public:
+  /// @param map, tops  must live as long as this
+  Footing(const StepPair& pair, const VoxelmapView& map, const HalfSpaceField& tops) noexcept;
+  /// Looks below a place of the body. Map's frame.
+  /// @param lowest  the body's surface below it
+  /// @return whether there is ground
+  bool test(Vec3 place, Vec3 lowest) noexcept;
+  /// No place touches lower ground, and half of them have ground.
+  [[nodiscard]] bool holds() const noexcept { return !touches_lower_ && 2 * grounded_ >= tested_; }
+
+ private:
+  const VoxelmapView& map_;
+  const HalfSpaceField& tops_;
+  float lower_within_;
+  std::size_t tested_ = 0, grounded_ = 0;
+  bool touches_lower_ = false;
+};
 
 /// Whether a body moves along a face of another that does not turn, or spins on it: however fast, its points come no
 /// closer to the face.
