@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
@@ -71,8 +73,37 @@ std::string decoded(const std::string& address) {
   return path;
 }
 
-// Looks for package://NAME/REST as NAME/REST in the folders above the URDF, then as REST where no package.xml has
-// another name: many packages have a meshes/base_link.stl.
+// The folders that a variable lists with colons between them.
+std::vector<fs::path> folders_of(const char* variable) {
+  const char* const value = std::getenv(variable);
+  std::vector<fs::path> folders;
+  std::istringstream list(value != nullptr ? value : "");
+  for (std::string folder; std::getline(list, folder, ':');) {
+    if (!folder.empty()) folders.emplace_back(folder);
+  }
+  return folders;
+}
+
+// A file of a package, where ROS 2 and ROS 1 look for it. Empty: it is not there.
+// @param whole, rest  the file's path with the package's name, and without it
+fs::path find_in_ros(const fs::path& package, const fs::path& whole, const fs::path& rest) {
+  std::error_code ignored;
+  for (const fs::path& prefix : folders_of("AMENT_PREFIX_PATH")) {
+    if (fs::is_regular_file(prefix / "share" / whole, ignored)) return prefix / "share" / whole;
+  }
+  for (const fs::path& root : folders_of("ROS_PACKAGE_PATH")) {
+    if (fs::is_regular_file(root / whole, ignored)) return root / whole;
+    if (package_of(root) == package && fs::is_regular_file(root / rest, ignored)) return root / rest;
+    // Repositories hold several packages.
+    for (const fs::directory_entry& entry : fs::directory_iterator(root, ignored)) {
+      if (fs::is_regular_file(entry.path() / whole, ignored)) return entry.path() / whole;
+    }
+  }
+  return {};
+}
+
+// Looks for package://NAME/REST as NAME/REST in the folders above the URDF, then in ROS, then as REST where no
+// package.xml has another name: many packages have a meshes/base_link.stl.
 fs::path find_mesh(const fs::path& urdf, const std::string& name, std::vector<std::string>& notes) {
   constexpr const char* kFile = "file://";
   constexpr const char* kPackage = "package://";
@@ -87,6 +118,7 @@ fs::path find_mesh(const fs::path& urdf, const std::string& name, std::vector<st
   for (const fs::path& at : folders) {
     if (fs::is_regular_file(at / whole, ignored)) return at / whole;
   }
+  if (fs::path found = find_in_ros(package, whole, rest); !found.empty()) return found;
   for (const fs::path& at : folders) {
     if (!fs::is_regular_file(at / rest, ignored)) continue;
     const std::string found = package_of(at);

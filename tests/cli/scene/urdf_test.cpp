@@ -359,6 +359,35 @@ TEST(Urdf, APackageIsNotTakenForAnotherOne) {
   expect_refusal(folder, "scene scene.toml", kMissing, "mesh 'package://hand/meshes/link.obj'");
 }
 
+TEST(Urdf, APackageIsFoundWhereRosLooks) {
+  const TemporaryFolder folder;
+  write_file(folder / "r.urdf", "<robot name=\"r\">" + link("l", "package://hand/meshes/link.obj") + "</robot>");
+  const std::string scene = kPlane + std::string("[[body]]\nname = \"l\"\nurdf = \"r.urdf\"\n");
+  const auto put = [&](const std::string& package) {
+    std::filesystem::create_directories(folder / package / "meshes");
+    std::filesystem::copy_file(sample("cube"), folder / package / "meshes/link.obj");
+    return (folder / package / "meshes/link.obj").string();
+  };
+  const auto mesh = [&](const char* variable, const std::string& value) {
+    ::setenv(variable, value.c_str(), 1);
+    const Json report = plan(folder, scene);
+    ::unsetenv(variable);
+    return report["assets"][0]["mesh"].get<std::string>();
+  };
+  const std::string root = folder.path().string();
+  const std::string in_install = put("install/share/hand");
+  EXPECT_EQ(mesh("AMENT_PREFIX_PATH", root + "/none:" + root + "/install"), in_install);
+  const std::string in_repository = put("src/robots/hand");
+  EXPECT_EQ(mesh("ROS_PACKAGE_PATH", root + "/src"), in_repository);
+  EXPECT_EQ(mesh("ROS_PACKAGE_PATH", root + "/src/robots"), in_repository);
+  const std::string in_clone = put("src/hand_v2");
+  write_file(folder / "src/hand_v2/package.xml", "<package><name>hand</name></package>");
+  EXPECT_EQ(mesh("ROS_PACKAGE_PATH", root + "/src/hand_v2"), in_clone);
+  ::setenv("AMENT_PREFIX_PATH", (root + "/src").c_str(), 1);
+  expect_refusal(folder, "scene scene.toml", kMissing, "mesh 'package://hand/meshes/link.obj'");
+  ::unsetenv("AMENT_PREFIX_PATH");
+}
+
 TEST(Urdf, AFileAddressMayHaveItsSpacesAsCodes) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("cube"), folder / "a link%.obj");
