@@ -61,14 +61,15 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
     shape.place = table.place_of(*mesh);
     shape.mesh = file_at(table, "mesh", file);
     const std::string unit = table.text("unit", "m");
+    double metres = 1;
     try {
-      shape.unit = parse_unit(unit);
+      metres = parse_unit(unit);
     } catch (const UsageError& error) {
       table.refuse(*table.take("unit"), std::string("unit: ") + error.what());
     }
     double scale = 1;
     table.number("scale", 1e-9, 1e9, scale);
-    shape.unit *= scale;
+    shape.units.fill(metres * scale);
     return shape;
   }
   if (table.has("urdf")) return std::nullopt;

@@ -139,11 +139,7 @@ SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, c
     case urdf::Geometry::MESH: {
       const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
       shape.mesh = find_mesh(file, mesh.filename, notes);
-      shape.unit = mesh.scale.x;
-      if (mesh.scale.x < 0 || mesh.scale.y < 0 || mesh.scale.z < 0)
-        throw SceneError(place, "this mesh is mirrored by its scale; mirror the mesh file itself");
-      if (mesh.scale.y != mesh.scale.x || mesh.scale.z != mesh.scale.x)
-        throw SceneError(place, "this mesh is scaled differently along x, y and z; scale the mesh file itself");
+      shape.units = {mesh.scale.x, mesh.scale.y, mesh.scale.z};
       break;
     }
     case urdf::Geometry::BOX: {

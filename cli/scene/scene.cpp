@@ -98,7 +98,7 @@ void check_shape(const SceneShape& shape) {
   switch (shape.solid) {
     case Solid::mesh:
       require(is_file_name(shape.mesh.string()), "the mesh is not the name of a file");
-      require(is_size(shape.unit),
+      require(std::all_of(shape.units.begin(), shape.units.end(), [](double x) { return is_size(std::abs(x)); }),
               "the mesh's unit and scale make less than 1e-9 or more than 1e9 m of its numbers' 1");
       break;
     case Solid::box:

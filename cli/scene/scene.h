@@ -41,7 +41,7 @@ enum class Solid : std::uint8_t { mesh, box, sphere, capsule, cylinder, plane };
 struct SceneShape {
   Solid solid = Solid::mesh;
   std::filesystem::path mesh;  ///< path to open
-  double unit = 1;             ///< metres per unit of the mesh's numbers, a scale included
+  Triple units{1, 1, 1};       ///< metres per unit of the mesh's x, y and z, a scale included; negative ones mirror
   double voxel_size = 0;       ///< 0: the plan chooses it. [Units: m]
   bake::Repair repair = bake::Repair::automatic;
   double sheet_thickness = 0;  ///< given to open surfaces; 0: as `repair` does. [Units: m]

@@ -16,6 +16,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void scale(TriangleMesh& mesh, const Triple& by) {
+  for (auto& p : mesh.vertices) {
+    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] *= by[axis];
+  }
+  if (by[0] * by[1] * by[2] > 0) return;
+  // Mirrored triangles would face inwards.
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+}
+
 SceneMesh read_mesh(const SceneShape& shape) {
   const auto refuse = [&](const std::string& reason, SceneError::Kind kind) {
     throw SceneError(shape.place, fmt::format("mesh '{}': {}", shape.mesh.string(), reason), kind);
@@ -23,9 +32,10 @@ SceneMesh read_mesh(const SceneShape& shape) {
   SceneMesh one;
   one.file = shape.mesh;
   try {
-    ImportedMesh imported = import_mesh(shape.mesh, {.unit = shape.unit});
+    ImportedMesh imported = import_mesh(shape.mesh);
     one.notes = imported.notes;
     one.mesh = std::move(imported);
+    scale(one.mesh, shape.units);
   } catch (const ImportError& error) {
     refuse(error.what(), error.kind == ImportError::Kind::io ? SceneError::Kind::io : SceneError::Kind::bad_input);
   }
@@ -63,18 +73,18 @@ std::string SceneMesh::size() const {
 }
 
 bool SceneMesh::is_of(const SceneShape& shape) const {
-  return std::find(spellings.begin(), spellings.end(), std::pair(shape.mesh, shape.unit)) != spellings.end();
+  return std::find(spellings.begin(), spellings.end(), std::pair(shape.mesh, shape.units)) != spellings.end();
 }
 
 std::vector<SceneMesh> read_meshes(const Scene& scene) {
   std::vector<SceneMesh> meshes;
-  std::map<std::pair<fs::path, double>, std::size_t> known;  // by canonical path and unit
+  std::map<std::pair<fs::path, Triple>, std::size_t> known;  // by canonical path and units
   for (const SceneBody& body : scene.bodies) {
     for (const SceneShape& shape : body.shapes) {
       if (shape.solid != Solid::mesh) continue;
       std::error_code failed;  // the import reports errors of the file
       const fs::path canonical = fs::weakly_canonical(shape.mesh, failed);
-      const auto [file, is_new] = known.emplace(std::pair(failed ? shape.mesh : canonical, shape.unit), meshes.size());
+      const auto [file, is_new] = known.emplace(std::pair(failed ? shape.mesh : canonical, shape.units), meshes.size());
       if (is_new) {
         SceneMesh one = read_mesh(shape);
         file->second = static_cast<std::size_t>(
@@ -84,7 +94,7 @@ std::vector<SceneMesh> read_meshes(const Scene& scene) {
         if (file->second == meshes.size()) meshes.push_back(std::move(one));
       }
       SceneMesh& mesh = meshes[file->second];
-      if (!mesh.is_of(shape)) mesh.spellings.emplace_back(shape.mesh, shape.unit);
+      if (!mesh.is_of(shape)) mesh.spellings.emplace_back(shape.mesh, shape.units);
     }
   }
   return meshes;

@@ -19,7 +19,7 @@ struct SceneMesh {
   TriangleMesh mesh;
   Triple bounds_min{}, bounds_max{};  ///< [m]
   std::vector<std::string> notes;
-  std::vector<std::pair<std::filesystem::path, double>> spellings;  ///< files and units of the shapes that use it
+  std::vector<std::pair<std::filesystem::path, Triple>> spellings;  ///< files and units of the shapes that use it
   [[nodiscard]] double longest() const;
   /// "5.5 mm x 6.351 mm x 1.8 mm"
   [[nodiscard]] std::string size() const;

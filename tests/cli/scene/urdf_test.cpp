@@ -146,14 +146,10 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
                       kMissing);
   expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"),
                       "r.urdf:13: mesh 'package://none/none.obj'", kMissing);
-  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
-                      "r.urdf:13: this mesh is scaled differently");
   expect_urdf_refused(robot("<mesh filename=\"model://arm/none.obj\"/>"), "r.urdf:13: mesh 'model://arm/none.obj'",
                       kMissing);
-  for (const char* const scale : {"-1 -1 -1", "1 -1 1"}) {
-    expect_urdf_refused(robot(std::string("<mesh filename=\"a.obj\" scale=\"") + scale + "\"/>"),
-                        "r.urdf:13: this mesh is mirrored");
-  }
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 0 1\"/>"),
+                      "r.urdf:13: the mesh's unit and scale make less than 1e-9");
   std::string light = robot("<sphere radius=\"1\"/>");
   light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
   expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
@@ -386,6 +382,21 @@ TEST(Urdf, APackageIsFoundWhereRosLooks) {
   ::setenv("AMENT_PREFIX_PATH", (root + "/src").c_str(), 1);
   expect_refusal(folder, "scene scene.toml", kMissing, "mesh 'package://hand/meshes/link.obj'");
   ::unsetenv("AMENT_PREFIX_PATH");
+}
+
+TEST(Urdf, AScaleMayStretchAndMirror) {
+  const TemporaryFolder folder;
+  write_file(folder / "corner.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  write_file(folder / "r.urdf", "<robot name=\"r\">" + link("l", "corner.obj\" scale=\"0.1 -0.2 0.3") + "</robot>");
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"l\"\nurdf = \"r.urdf\"\n"), "-o out");
+  EXPECT_EQ(report["assets"][0]["notes"].dump().find("inside out"), std::string::npos);
+  Asset asset;
+  ASSERT_EQ(Asset::open(asset_at(folder, "out", report, 0).c_str(), asset), Status::ok);
+  const AssetInfo& info = asset.info();
+  EXPECT_EQ(info.bounds_min, (std::array{0.0, -0.2, 0.0}));
+  EXPECT_EQ(info.bounds_max, (std::array{0.1, 0.0, 0.3}));
+  EXPECT_NEAR(info.volume, 0.1 * 0.2 * 0.3 / 6, 1e-9);
+  EXPECT_NEAR(info.centre_of_mass[1], -0.05, 1e-9);
 }
 
 TEST(Urdf, AFileAddressMayHaveItsSpacesAsCodes) {
