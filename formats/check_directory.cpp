@@ -36,6 +36,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::corner_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::spheres, {ElementType::u16, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
@@ -201,6 +202,10 @@ Status check_pointshell(const Directory& directory) noexcept {
   if (const Section* const faces = directory.find(SectionKind::face_points); faces != nullptr) {
     if (info.points == 0) return Status::bad_info;
     if (faces->shape[0] != (info.points + 31) / 32) return Status::bad_section;
+  }
+  if (const Section* const corners = directory.find(SectionKind::corner_points); corners != nullptr) {
+    if (info.points == 0) return Status::bad_info;
+    if (corners->shape[0] > kMostCornerPoints) return Status::bad_section;
   }
   // Optional, but both or none.
   const auto check_pair = [&](SectionKind first, SectionKind second, const auto& fit) {

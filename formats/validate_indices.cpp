@@ -96,6 +96,10 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
     const auto facets = section<std::uint32_t>(file, directory, SectionKind::facet_points);
     if (!is_ascending(facets) || facets.back() >= points) return Status::bad_index;
   }
+  if (directory.find(SectionKind::corner_points) != nullptr) {
+    const auto corners = section<std::uint32_t>(file, directory, SectionKind::corner_points);
+    if (!is_ascending(corners) || !all_below(corners, points)) return Status::bad_index;
+  }
   if (directory.find(SectionKind::hull_offsets) != nullptr) {
     const auto offsets = section<std::uint32_t>(file, directory, SectionKind::hull_offsets);
     const auto corners = section<std::uint32_t>(file, directory, SectionKind::hull_points);

@@ -95,6 +95,7 @@ enum class SectionKind : std::uint32_t {
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
                        ///< the points are thinned out. Optional
+  corner_points = 38,  ///< u32 [C]: points at convex corners and tips, ascending. Optional
   spheres = 48,        ///< u16 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node; radius =
                        ///< position_step * code. [m]
   children = 49,  ///< u32 [M+1]: first child of each node, on the leaf level M + number of the first point; M + P last
@@ -108,6 +109,9 @@ enum class SectionKind : std::uint32_t {
 
 /// Steps of `facet_corners` in a covering radius.
 inline constexpr float kFacetSteps = 112;
+
+/// Most of `corner_points`: queries test each of them.
+inline constexpr std::uint32_t kMostCornerPoints = 256;
 
 /// Farthest that a place on a face lies off the tangent plane of the point that speaks for it. Measured at the samples
 /// from which the points are chosen, a `spacing` apart. [Units: vx]

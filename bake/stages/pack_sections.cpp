@@ -318,6 +318,13 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     }
     sections.push_back(section(SectionKind::face_points, ElementType::u32, {faces.size()}, faces));
   }
+  if (!shell.corners.empty()) {
+    std::vector<std::uint32_t> corners;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (std::binary_search(shell.corners.begin(), shell.corners.end(), tree.order[i])) corners.push_back(i);
+    }
+    sections.push_back(section(SectionKind::corner_points, ElementType::u32, {corners.size()}, corners));
+  }
   sections.push_back(section(SectionKind::spheres, ElementType::u16, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes + 1}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));

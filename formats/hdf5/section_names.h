@@ -65,6 +65,7 @@ inline constexpr SectionName kSectionNames[] = {
      "four corners (x, y, z) of each facet less the position of its point, counter-clockwise seen from outside", ""},
     {SectionKind::face_points, "/pointshell/face_points", "1",
      "bit i % 32 of word i / 32: whether point i lies inside a face, where the points are thinned out", ""},
+    {SectionKind::corner_points, "/pointshell/corner_points", "1", "points at convex corners and tips, ascending", ""},
     {SectionKind::spheres, "/pointshell/tree/spheres", "position_step",
      "rows x, y, z, radius of the sphere round all points of a node; centre = position_origin + position_step * "
      "value, radius = position_step * value, in m",

@@ -3,9 +3,6 @@
 // exchanged.
 #include "runtime/contacts/corner_contacts.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "runtime/contacts/refine_contact.h"
 #include "runtime/fields/penetration.h"
 
@@ -30,17 +27,6 @@ bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, c
     contacts.push_back(contact);
   }
   return contacts.size() > before;
-}
-
-float least_beside(std::span<const Contact> corners, float near) noexcept {
-  float deepest = -near;
-  int touching = 0;
-  for (const Contact& corner : corners) {
-    if (corner.penetration < -near) continue;
-    deepest = std::max(deepest, corner.penetration);
-    ++touching;
-  }
-  return touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
 }
 
 }  // namespace vps::detail

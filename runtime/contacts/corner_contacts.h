@@ -2,6 +2,8 @@
 /// @file Contacts at the corners of polyhedra, which may lie between the points of a shell. Internal.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -29,8 +31,19 @@ bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, c
                          const Corners& corners, float reach, std::vector<Contact>& contacts);
 
 /// V that a point of the shell must exceed to be a contact beside those of corners. Three corners that touch carry the
-/// polyhedron, with the normals of the shell's body: points only count if they are deeper, as on a bump. [m]
+/// polyhedron, with the normals of the shell's body: points only count if they are deeper, as on a bump. In the same
+/// way corners of a baked body beside the points of another one. [m]
 /// @param near  distance at which a corner touches. [m]
-float least_beside(std::span<const Contact> corners, float near) noexcept;
+template <class Contacts>
+float least_beside(const Contacts& corners, float near) noexcept {
+  float deepest = -near;
+  int touching = 0;
+  for (const auto& corner : corners) {
+    if (corner.penetration < -near) continue;
+    deepest = std::max(deepest, corner.penetration);
+    ++touching;
+  }
+  return touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
+}
 
 }  // namespace vps::detail

@@ -173,7 +173,8 @@ void remember_gap(const Side& side, const FoundContacts& found, const Stand& bef
     most = std::min(most, bound_farther(pair, side.partner, farther, side.space));
   }
   // Corners and round bodies also meet the surface between the points, which is within the covering radius of one.
-  const float between = side.partner.map() == nullptr ? pair.shell.covering_radius : 0;
+  const bool meets_between = side.partner.map() == nullptr || side.query.has_corners;
+  const float between = meets_between ? pair.shell.covering_radius : 0;
   const double distance = -double{most} - double{between};
   if (!(distance > 0)) return;
   gap.stand = pair.shell_to_field;
@@ -354,7 +355,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
     few.resize(move_between_samples(pair, partner, found, memory, space, few));
   }
   memory.remember(few);
-  out = {few, found.in_shell_frame, found.reach, tops.has_value()};
+  const bool are_all = tops || (ground != nullptr && query.has_corners);
+  out = {few, found.in_shell_frame, found.reach, are_all};
   return Status::ok;
 }
 

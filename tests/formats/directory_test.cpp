@@ -384,6 +384,28 @@ TEST(Validate, FacetsHaveCornersAndAscendingPoints) {
   EXPECT_EQ(decoded({}, 1), Status::missing_section);
 }
 
+TEST(Validate, CornerPointsAscendAndAreFew) {
+  const auto with_corners = [](const std::vector<std::uint32_t>& points) {
+    TinyAsset tiny;
+    tiny.sections.push_back(make_section(SectionKind::corner_points, ElementType::u32, {points.size()}, points));
+    return tiny;
+  };
+  const auto indices = [&](const std::vector<std::uint32_t>& points) {
+    Bytes bytes(with_corners(points));
+    return validate_indices(bytes.all(), bytes.directory());
+  };
+  EXPECT_EQ(indices({0, 3}), Status::ok);
+  EXPECT_EQ(indices({3, 0}), Status::bad_index);
+  EXPECT_EQ(indices({0, 4}), Status::bad_index);
+  const auto decoded = [&](std::size_t count) {
+    Bytes bytes(with_corners(std::vector<std::uint32_t>(count, 1)));
+    Directory directory;
+    return decode_directory(bytes.all(), directory);
+  };
+  EXPECT_EQ(decoded(kMostCornerPoints), Status::ok);
+  EXPECT_EQ(decoded(kMostCornerPoints + 1), Status::bad_section);
+}
+
 TEST(Directory, FacePointsHaveABitForEachPoint) {
   const auto decoded = [](std::size_t words) {
     TinyAsset tiny;

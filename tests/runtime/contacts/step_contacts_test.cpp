@@ -83,6 +83,33 @@ TEST(StepContacts, ACubeOnAPlaneHasFourThatSpanItMidwayBetweenTheSurfaces) {
   }
 }
 
+// Of two equal bodies the first gives its points, and there is none near the corner.
+TEST(StepContacts, ACornerMeetsAFaceBetweenItsPoints) {
+  const double half = 0.02 * std::sqrt(3.0);
+  for (const double depth : {0.0003, 0.002}) {
+    for (const double aside : {0.0, 0.0004, 0.0009}) {
+      StepBody above = cube().at(aside, 0.0002, 0.02 + half - depth);
+      // Its diagonal upright: rows are the world's axes.
+      const double a = 1 / std::sqrt(6.0);
+      const double b = 1 / std::sqrt(2.0);
+      const double c = 1 / std::sqrt(3.0);
+      const double rotation[9] = {a, a, -2 * a, b, -b, 0, -c, -c, -c};
+      std::copy(std::begin(rotation), std::end(rotation), std::begin(above.pose.rotation));
+      ASSERT_EQ(check_pose(above.pose), Status::ok);
+      for (const bool is_first : {true, false}) {
+        Step step;
+        const StepBody below = cube().at(0, 0, 0);
+        ASSERT_EQ(is_first ? step.find(above, below) : step.find(below, above), Status::ok);
+        ASSERT_FALSE(step.contacts.empty());
+        const StepContact& deepest = step.contacts[0];
+        EXPECT_NEAR(deepest.penetration, depth, 0.1 * kVoxelSize);
+        EXPECT_NEAR(std::abs(deepest.normal.z), 1, 1e-4);
+        EXPECT_NEAR(deepest.position[0], aside, 0.1 * kVoxelSize);
+      }
+    }
+  }
+}
+
 TEST(StepContacts, ExchangedBodiesHaveTheSameContactsWithOppositeNormals) {
   Step one;
   Step other;
