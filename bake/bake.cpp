@@ -148,7 +148,11 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     expect_times(planned);
     asset.info.voxel_size = grid.voxel_size;
   });
-  const auto described = stages.add("describe", {check}, [&] { describe_mesh(surface, asset.info); });
+  std::vector<Corner> corners;
+  const auto described = stages.add("describe", {check}, [&] {
+    describe_mesh(surface, asset.info);
+    if (options.voxelmap) corners = find_corners(surface);
+  });
 
   SurfaceVoxels voxels;
   const auto voxelized = stages.add("voxelize", {check}, [&] { voxels = voxelize(surface, grid); });
@@ -250,6 +254,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   asset.times = stages.times();
   if (options.voxelmap) pack_far(far, asset.info, asset.sections);
   if (options.voxelmap && options.scaled) pack_planes(planes, asset.sections);
+  pack_corners(std::move(corners), asset.sections);
   std::move(shell_sections.begin(), shell_sections.end(), std::back_inserter(asset.sections));
   return asset;
 }

@@ -137,10 +137,6 @@ struct MeshReport {
 /// @throw BakeError on bad indices or coordinates only
 [[nodiscard]] MeshReport inspect_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
-/// Whether a mesh has convex corners or tips. The other body of a pair tests them, so they need the mesh's points:
-/// PointshellView::corner_points. Those that are rounded off are not counted.
-[[nodiscard]] bool has_corners(const TriangleMesh& mesh);
-
 /// The surface that a bake works on: closed, wound outward, shells united.
 struct ClosedMesh {
   TriangleMesh mesh;

@@ -30,13 +30,13 @@ constexpr Layout kLayouts[] = {
     {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldSlice, 3}},
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
     {SectionKind::planes, {ElementType::u32, kNone}, 2, {0, 8}},
+    {SectionKind::corners, {ElementType::f32, kNone}, 2, {0, 3}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::u8, kNone}, 2, {0, 3}},
     {SectionKind::point_areas, {ElementType::u8, kNone}, 1, {}},
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},
-    {SectionKind::corner_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::spheres, {ElementType::u16, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
@@ -159,6 +159,10 @@ Status check_voxelmap(const Directory& directory) noexcept {
   if (layers != nullptr && layers->shape[0] > kMostCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kMostNodes) return Status::bad_section;
   if (planes != nullptr && planes->shape[0] > (kOctantsFlag >> 3)) return Status::bad_section;
+  if (const Section* const corners = directory.find(SectionKind::corners);
+      corners != nullptr && corners->shape[0] > kMostMeshCorners) {
+    return Status::bad_section;
+  }
   std::uint64_t slices = 0;
   if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
   for (const Section* field : {scaled, real, gradient}) {
@@ -202,10 +206,6 @@ Status check_pointshell(const Directory& directory) noexcept {
   if (const Section* const faces = directory.find(SectionKind::face_points); faces != nullptr) {
     if (info.points == 0) return Status::bad_info;
     if (faces->shape[0] != (info.points + 31) / 32) return Status::bad_section;
-  }
-  if (const Section* const corners = directory.find(SectionKind::corner_points); corners != nullptr) {
-    if (info.points == 0) return Status::bad_info;
-    if (corners->shape[0] > kMostCornerPoints) return Status::bad_section;
   }
   // Optional, but both or none.
   const auto check_pair = [&](SectionKind first, SectionKind second, const auto& fit) {

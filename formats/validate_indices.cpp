@@ -3,6 +3,7 @@
 // Loops are plain and without early exits, so that compilers vectorize them: this runs at every open.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "formats/check_info.h"
 #include "formats/check_octree.h"
@@ -86,6 +87,11 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
       if (!is_good) return Status::bad_index;
     }
   }
+  if (directory.find(SectionKind::corners) != nullptr && overlap(use, Use::voxelmap)) {
+    const auto corners = section<float>(file, directory, SectionKind::corners);
+    if (!std::all_of(corners.begin(), corners.end(), [](float x) { return std::isfinite(x); }))
+      return Status::bad_index;
+  }
   if (directory.info.points == 0 || !overlap(use, Use::pointshell)) return Status::ok;
   const std::uint64_t points = directory.info.points;
   const Status status = check_tree(section<std::uint32_t>(file, directory, SectionKind::level_offsets),
@@ -95,10 +101,6 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
   if (directory.find(SectionKind::facet_points) != nullptr) {
     const auto facets = section<std::uint32_t>(file, directory, SectionKind::facet_points);
     if (!is_ascending(facets) || facets.back() >= points) return Status::bad_index;
-  }
-  if (directory.find(SectionKind::corner_points) != nullptr) {
-    const auto corners = section<std::uint32_t>(file, directory, SectionKind::corner_points);
-    if (!is_ascending(corners) || !all_below(corners, points)) return Status::bad_index;
   }
   if (directory.find(SectionKind::hull_offsets) != nullptr) {
     const auto offsets = section<std::uint32_t>(file, directory, SectionKind::hull_offsets);

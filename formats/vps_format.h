@@ -83,11 +83,12 @@ enum class SectionKind : std::uint32_t {
   scaled = 17,  ///< i8 or i16 [f,25]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
   real = 18,    ///< f64 [f,25]: penetration of each sample. [m]
   real_gradient = 19,  ///< f32 [f,25,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
-  far = 20,     ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
-                ///< Optional
-  planes = 21,  ///< u32 [t,8]: a linear upper bound of V in each octant of a root: of those with nodes, which have the
-                ///< same numbers, then of others near the surface. The rest have one in their entry
-                ///< (formats/cell_plane.h). With `scaled`. Optional
+  far = 20,      ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
+                 ///< Optional
+  planes = 21,   ///< u32 [t,8]: a linear upper bound of V in each octant of a root: of those with nodes, which have the
+                 ///< same numbers, then of others near the surface. The rest have one in their entry
+                 ///< (formats/cell_plane.h). With `scaled`. Optional
+  corners = 22,  ///< f32 [C,3]: convex corners and tips of the mesh. Optional. [m]
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< u8 [P,3]: octahedral codes of 12 + 12 bits (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u8 [P]: surface area that the point represents: area_step * code^2. [m^2]
@@ -95,7 +96,6 @@ enum class SectionKind : std::uint32_t {
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
                        ///< the points are thinned out. Optional
-  corner_points = 38,  ///< u32 [C]: points at convex corners and tips, ascending. Optional
   spheres = 48,        ///< u16 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node; radius =
                        ///< position_step * code. [m]
   children = 49,  ///< u32 [M+1]: first child of each node, on the leaf level M + number of the first point; M + P last
@@ -110,8 +110,8 @@ enum class SectionKind : std::uint32_t {
 /// Steps of `facet_corners` in a covering radius.
 inline constexpr float kFacetSteps = 112;
 
-/// Most of `corner_points`: queries test each of them.
-inline constexpr std::uint32_t kMostCornerPoints = 256;
+/// Most `corners`: queries test each of them.
+inline constexpr std::uint32_t kMostMeshCorners = 256;
 
 /// Farthest that a place on a face lies off the tangent plane of the point that speaks for it. Measured at the samples
 /// from which the points are chosen, a `spacing` apart. [Units: vx]

@@ -39,6 +39,7 @@ Use readers_of(SectionKind kind) noexcept {
       return Use::scaled | Use::real;
     case SectionKind::coarse_layers:
     case SectionKind::far:
+    case SectionKind::corners:
       return Use::voxelmap;
     case SectionKind::scaled:
     case SectionKind::planes:
@@ -52,7 +53,6 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::facet_points:
     case SectionKind::facet_corners:
     case SectionKind::face_points:
-    case SectionKind::corner_points:
     case SectionKind::spheres:
     case SectionKind::children:
     case SectionKind::parent_points:
@@ -218,6 +218,10 @@ Status Asset::voxelmap(VoxelmapView& out, Field field, double scale) const noexc
   if (out.field == Field::scaled) {
     out.planes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::planes));
   }
+  if (const Section* const corners = directory_.find(SectionKind::corners); corners != nullptr) {
+    out.corners = static_cast<std::uint32_t>(corners->shape[0]);
+    out.corner_places = section_data<float>(data_, corners);
+  }
   out.scale = static_cast<float>(scale);
   const AssetInfo facts = scaled(info(), scale);
   for (int axis = 0; axis < 3; ++axis) {
@@ -282,10 +286,6 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
   out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));
   out.hull_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_offsets));
-  if (const Section* const corners = directory_.find(SectionKind::corner_points); corners != nullptr) {
-    out.corners = static_cast<std::uint32_t>(corners->shape[0]);
-    out.corner_points = section_data<std::uint32_t>(data_, corners);
-  }
   out.face_points = section_data<std::uint32_t>(data_, directory_.find(SectionKind::face_points));
   out.hull_points = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_points));
   out.covering_radius = static_cast<float>(facts.covering_radius);

@@ -81,6 +81,8 @@ struct VoxelmapView {
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
   FarGridView far;
+  std::uint32_t corners = 0;             ///< convex ones and tips of the mesh
+  const float* corner_places = nullptr;  ///< [corners,3], without `scale`, asset frame. [m]
   float scale =
       1;  ///< of all lengths, included in those above; `values` and `gradients` of Field::real are without. [-]
 };
@@ -89,21 +91,19 @@ struct VoxelmapView {
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                      ///< root = 1
-  const std::uint16_t* position[3] = {};         ///< codes, x, y, z rows: see point_position
-  const std::uint8_t* inward_normal = nullptr;   ///< codes of 3 bytes: see point_inward_normal
-  const std::uint8_t* area = nullptr;            ///< codes: see point_area
-  std::uint32_t facets = 0;                      ///< of points whose part of the surface is folded
-  const std::uint32_t* facet_points = nullptr;   ///< ascending
-  const std::int8_t* facet_corners = nullptr;    ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
-  float position_origin[3] = {};                 ///< asset frame. [m]
-  float position_step = 0;                       ///< [m]
-  float area_step = 0;                           ///< [m^2]
-  const std::uint32_t* face_points = nullptr;    ///< see is_on_face; null: no faces are thinned
-  std::uint32_t corners = 0;                     ///< points at convex corners and tips
-  const std::uint32_t* corner_points = nullptr;  ///< ascending
-  const std::uint16_t* sphere[4] = {};           ///< codes, x, y, z, radius rows: see sphere_centre
-  const std::uint32_t* children = nullptr;       ///< nodes + 1 entries: see children_of
+  std::uint32_t levels = 0;                     ///< root = 1
+  const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
+  const std::uint8_t* inward_normal = nullptr;  ///< codes of 3 bytes: see point_inward_normal
+  const std::uint8_t* area = nullptr;           ///< codes: see point_area
+  std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
+  const std::uint32_t* facet_points = nullptr;  ///< ascending
+  const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
+  float position_origin[3] = {};                ///< asset frame. [m]
+  float position_step = 0;                      ///< [m]
+  float area_step = 0;                          ///< [m^2]
+  const std::uint32_t* face_points = nullptr;   ///< see is_on_face; null: no faces are thinned
+  const std::uint16_t* sphere[4] = {};          ///< codes, x, y, z, radius rows: see sphere_centre
+  const std::uint32_t* children = nullptr;      ///< nodes + 1 entries: see children_of
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   const std::uint32_t* hull_offsets =

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "bake/vps_bake.h"
-
 namespace vps::bake {
 namespace {
 
@@ -90,17 +88,6 @@ std::vector<Corner> find_corners(const Surface& surface) {
     if (sharp > kCorner) corners.push_back({surface.vertices[fan.vertex], first[fan.vertex], sharp});
   }
   return corners;
-}
-
-bool has_corners(const TriangleMesh& mesh) {
-  Surface surface;
-  for (const auto& [x, y, z] : mesh.vertices) surface.vertices.emplace_back(x, y, z);
-  surface.triangles = mesh.triangles;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vector& at = surface.vertices[a];
-    surface.normals.push_back((surface.vertices[b] - at).cross(surface.vertices[c] - at).normalized());
-  }
-  return !find_corners(surface).empty();
 }
 
 }  // namespace vps::bake

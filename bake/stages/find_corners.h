@@ -20,7 +20,7 @@ struct Corner {
   double sharpness = 0;
 };
 
-/// The convex corners among the mesh's vertices. Those that a mesh rounds off with small triangles have none.
+/// The convex corners among the mesh's vertices, in their order. What a mesh rounds off with small triangles is none.
 [[nodiscard]] std::vector<Corner> find_corners(const Surface& surface);
 
 }  // namespace vps::bake

@@ -213,6 +213,20 @@ void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& se
                   section(SectionKind::far, ElementType::i8, {far.dims[2], far.dims[1], far.dims[0]}, far.values));
 }
 
+void pack_corners(std::vector<Corner> corners, std::vector<SectionData>& sections) {
+  if (corners.empty()) return;
+  if (corners.size() > kMostMeshCorners) {
+    std::stable_sort(corners.begin(), corners.end(),
+                     [](const Corner& a, const Corner& b) { return a.sharpness > b.sharpness; });
+    corners.resize(kMostMeshCorners);
+  }
+  std::vector<float> places;
+  for (const Corner& corner : corners) {
+    for (const double x : corner.place) places.push_back(static_cast<float>(x));
+  }
+  sections.push_back(section(SectionKind::corners, ElementType::f32, {corners.size(), 3}, places));
+}
+
 void pack_planes(const FieldPlanes& planes, std::vector<SectionData>& sections) {
   const auto roots = std::find_if(sections.begin(), sections.end(),
                                   [](const SectionData& s) { return s.kind == SectionKind::field_roots; });
@@ -317,13 +331,6 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
       if (shell.on_face[tree.order[i]] != 0) faces[i / 32] |= std::uint32_t{1} << i % 32;
     }
     sections.push_back(section(SectionKind::face_points, ElementType::u32, {faces.size()}, faces));
-  }
-  if (!shell.corners.empty()) {
-    std::vector<std::uint32_t> corners;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (std::binary_search(shell.corners.begin(), shell.corners.end(), tree.order[i])) corners.push_back(i);
-    }
-    sections.push_back(section(SectionKind::corner_points, ElementType::u32, {corners.size()}, corners));
   }
   sections.push_back(section(SectionKind::spheres, ElementType::u16, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes + 1}, children));

@@ -7,6 +7,7 @@
 
 #include "bake/stages/bounding_spheres.h"
 #include "bake/stages/far_field.h"
+#include "bake/stages/find_corners.h"
 #include "bake/stages/find_hulls.h"
 #include "bake/stages/sample_field.h"
 #include "bake/vps_bake.h"
@@ -33,6 +34,8 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
                        const BakeOptions& options, double lambda, AssetInfo& info);
 /// Places the far grid behind the coarse layers: other sections must follow it.
 void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& sections);
+/// The sharpest, if they are more than an asset may have.
+void pack_corners(std::vector<Corner> corners, std::vector<SectionData>& sections);
 /// Of `coarse_layers`, for edges of kBrickEdge and kCoarseEdge.
 struct CoarseBounds {
   const std::vector<std::int16_t>& bricks;

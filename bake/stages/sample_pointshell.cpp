@@ -22,7 +22,6 @@
 #include "bake/stages/piece_cells.h"
 #include "bake/stages/thin_faces.h"
 #include "formats/quantize.h"
-#include "formats/vps_format.h"
 
 namespace vps::bake {
 namespace {
@@ -50,7 +49,6 @@ class Sampler {
   void drop_patches() { blocks_.drop_patches(); }
 
   [[nodiscard]] std::vector<Sample*> samples();
-  [[nodiscard]] std::vector<std::uint32_t> corners_of(const std::vector<Sample*>& samples) const;
   [[nodiscard]] double covering_radius() const { return covering_; }
 
  private:
@@ -65,7 +63,6 @@ class Sampler {
   const Surface& surface_;
   const double spacing_;
   SurfaceBlocks blocks_;
-  std::vector<Corner> corners_;
   double covering_ = 0;
 };
 
@@ -101,8 +98,8 @@ void Sampler::sample_features() {
       if (sharp_ends[v] != 2) offer_on_edge(surface_.vertices[v], e.triangle);
     }
   }
-  corners_ = find_corners(surface_);
-  for (const Corner& corner : corners_) offer_on_edge(corner.place, corner.triangle);
+  // Tips of cones with many sides have no sharp edge.
+  for (const Corner& corner : find_corners(surface_)) offer_on_edge(corner.place, corner.triangle);
   for (const SharpEdge& e : sharp) {
     const Vector& from = surface_.vertices[e.from];
     const Vector step = surface_.vertices[e.to] - from;
@@ -279,38 +276,6 @@ std::vector<Sample*> Sampler::samples() {
   return all;
 }
 
-// The samples at corners, ascending; of many the sharpest.
-std::vector<std::uint32_t> Sampler::corners_of(const std::vector<Sample*>& samples) const {
-  const auto is_before = [](const Vector& a, const Vector& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  };
-  std::vector<Corner> corners = corners_;
-  std::sort(corners.begin(), corners.end(),
-            [&](const Corner& a, const Corner& b) { return is_before(a.place, b.place); });
-  struct Found {
-    std::uint32_t sample;
-    double sharpness;
-  };
-  std::vector<Found> found;
-  std::vector<std::uint8_t> has_sample(corners.size(), 0);
-  for (std::uint32_t i = 0; i < samples.size() && !corners.empty(); ++i) {
-    const auto at = std::lower_bound(corners.begin(), corners.end(), samples[i]->position,
-                                     [&](const Corner& one, const Vector& p) { return is_before(one.place, p); });
-    if (at == corners.end() || at->place != samples[i]->position) continue;
-    // An acute corner has a sample for each side.
-    std::uint8_t& has = has_sample[static_cast<std::size_t>(at - corners.begin())];
-    if (has == 0) found.push_back({i, at->sharpness});
-    has = 1;
-  }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Found& a, const Found& b) { return a.sharpness > b.sharpness; });
-  found.resize(std::min<std::size_t>(found.size(), kMostCornerPoints));
-  std::vector<std::uint32_t> numbers;
-  for (const Found& one : found) numbers.push_back(one.sample);
-  std::sort(numbers.begin(), numbers.end());
-  return numbers;
-}
-
 std::vector<PointFacet> facets_of(const std::vector<Sample*>& samples) {
   std::vector<std::uint32_t> folded;
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
@@ -373,7 +338,6 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   });
   shell.faces = find_faces(samples, shell.positions, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
                            0.5 * kHullTolerance * shell.feature_covering_radius);
-  shell.corners = sampler.corners_of(samples);
   shell.facets = facets_of(samples);
   std::vector<double> errors(samples.size());  // -1 on an edge
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {

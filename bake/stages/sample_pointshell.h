@@ -20,7 +20,6 @@ struct Pointshell {
   std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
   std::vector<PointFacet> facets;      ///< of the points whose part of the surface is folded, by point
   std::vector<std::uint8_t> on_face;   ///< of a thinned shell: whether a point lies inside a face; else empty
-  std::vector<std::uint32_t> corners;  ///< points at convex corners and tips, ascending; the sharpest if they are many
   std::vector<std::uint32_t> faces;    ///< number of the flat face in which a point lies; 0: none
   double spacing = 0;                  ///< points on the same side are no closer than this. [m]
   double normal_error_mean = 0;        ///< angle to the face's normal, over points that lie on no sharp edge. [rad]

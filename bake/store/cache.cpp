@@ -116,8 +116,9 @@ std::string AssetCache::store(const std::optional<CacheKey>& key, std::span<cons
   if (std::string reason = make_folders(folder_, entry); !reason.empty()) return reason;
   try {
     const std::string text = to_text(report);
-    write_whole(report_file, std::as_bytes(std::span(text)));
-    write_whole(entry, asset);
+    // A link in a folder that many may write must not lead to other files.
+    write_whole(report_file, std::as_bytes(std::span(text)), Links::replace);
+    write_whole(entry, asset, Links::replace);
     keep_small(*key, text.size() + asset.size());
   } catch (const WriteError& error) {
     std::error_code ignored;

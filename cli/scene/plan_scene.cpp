@@ -111,7 +111,7 @@ ShellSide side_of(const ScenePlan& plan, const PlannedShape& shape) {
 }
 
 // The same roles as at run time. Against Bullet's own shapes the mesh uses its pointshell.
-void choose_parts(const Scene& scene, const std::vector<SceneMesh>& meshes, ScenePlan& plan) {
+void choose_parts(const Scene& scene, ScenePlan& plan) {
   const auto add = [&](PlannedShape& shape, Use part) { shape.parts = shape.parts | part; };
   for (PlannedShape& shape : plan.shapes) {
     if (shape.asset != PlannedShape::kNone) add(shape, scene.bodies[shape.body].keep);
@@ -126,11 +126,8 @@ void choose_parts(const Scene& scene, const std::vector<SceneMesh>& meshes, Scen
       add(b, Use::scaled | Use::pointshell);
     } else {
       const bool first = gives_pointshell(side_of(plan, a), side_of(plan, b));
-      PlannedShape& other = first ? b : a;
       add(first ? a : b, Use::pointshell);
-      add(other, Use::scaled);
-      // Its corners may lie between the points of the first.
-      if (meshes[plan.assets[other.asset].mesh].has_corners) add(other, Use::pointshell);
+      add(first ? b : a, Use::scaled);
     }
   });
 }
@@ -228,7 +225,7 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, cons
     asset.predicted_everything = predict(scene, meshes[asset.mesh], asset, asset.everything);
     asset.predicted_ordinary = predict(scene, meshes[asset.mesh], asset, asset.ordinary);
   }
-  choose_parts(scene, meshes, plan);
+  choose_parts(scene, plan);
   for (PlannedAsset& asset : plan.assets) asset.options.voxelmap = asset.options.pointshell = false;
   for (PlannedShape& shape : plan.shapes) {
     if (shape.asset == PlannedShape::kNone) continue;

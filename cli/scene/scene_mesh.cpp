@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include "bake/quantity_text.h"
-#include "bake/vps_bake.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
@@ -40,7 +39,6 @@ SceneMesh read_mesh(const SceneShape& shape) {
   } catch (const ImportError& error) {
     refuse(error.what(), error.kind == ImportError::Kind::io ? SceneError::Kind::io : SceneError::Kind::bad_input);
   }
-  one.has_corners = bake::has_corners(one.mesh);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   one.bounds_min = {kInfinity, kInfinity, kInfinity};
   one.bounds_max = {-kInfinity, -kInfinity, -kInfinity};

@@ -18,7 +18,6 @@ struct SceneMesh {
   std::filesystem::path file;  ///< as the first shape names it
   TriangleMesh mesh;
   Triple bounds_min{}, bounds_max{};  ///< [m]
-  bool has_corners = false;           ///< see bake::has_corners
   std::vector<std::string> notes;
   std::vector<std::pair<std::filesystem::path, Triple>> spellings;  ///< files and units of the shapes that use it
   [[nodiscard]] double longest() const;

@@ -209,8 +209,8 @@ const char* section_name(SectionKind kind) {
       return "facet_corners";
     case SectionKind::face_points:
       return "face_points";
-    case SectionKind::corner_points:
-      return "corner_points";
+    case SectionKind::corners:
+      return "corners";
     case SectionKind::spheres:
       return "spheres";
     case SectionKind::children:

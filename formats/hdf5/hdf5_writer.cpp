@@ -57,11 +57,13 @@ std::string system_reason(int error) {
 // ever visible. The temporary file has no name where the file system allows that: then a killed process leaves no file.
 class OutputFile {
  public:
-  // Follows a symbolic link, as every other tool does.
-  explicit OutputFile(const std::filesystem::path& target) : target_(link_target(target)) {
+  // Follows a symbolic link by default, as every other tool does.
+  explicit OutputFile(const std::filesystem::path& target, Links links = Links::follow)
+      : target_(links == Links::follow ? link_target(target) : target) {
     std::error_code ignored;
-    if (std::filesystem::is_symlink(target_, ignored)) fail_system(ELOOP);
-    if (std::filesystem::exists(target_, ignored) && !std::filesystem::is_regular_file(target_, ignored)) {
+    const bool is_link = std::filesystem::is_symlink(target_, ignored);
+    if (is_link && links == Links::follow) fail_system(ELOOP);
+    if (!is_link && std::filesystem::exists(target_, ignored) && !std::filesystem::is_regular_file(target_, ignored)) {
       throw WriteError(std::filesystem::is_directory(target_, ignored)
                            ? "the output is a folder; give a file name"
                            : "the output is not a regular file; choose another output");
@@ -264,8 +266,8 @@ std::filesystem::path link_target(std::filesystem::path path) {
   return path;
 }
 
-void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  OutputFile output(path);
+void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes, Links links) {
+  OutputFile output(path, links);
   output.write(bytes);
   output.move_into_place();
 }

@@ -45,8 +45,11 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
 /// @throw WriteError with the reason and what to do.
 [[nodiscard]] std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections);
 
+/// Whether a symbolic link at an output's name leads to the file that is written, or the file takes its place.
+enum class Links : std::uint8_t { follow, replace };
+
 /// Writes any bytes whole or not at all, as write_asset does.
 /// @throw WriteError with the reason and what to do.
-void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes, Links links = Links::follow);
 
 }  // namespace vps

@@ -50,6 +50,7 @@ inline constexpr SectionName kSectionNames[] = {
      "linear upper bound of V in each octant of a root, 8x8x8 cells: bits 0 to 20 the gradient in 1/60, 21 to 30 the"
      " height h at the centre, h |h| / 4096 voxels, 31 whether it also bounds the field a voxel around the octant",
      ""},
+    {SectionKind::corners, "/voxelmap/corners", "m", "convex corners and tips of the mesh (x, y, z)", ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},
     {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1/2047",
@@ -65,7 +66,6 @@ inline constexpr SectionName kSectionNames[] = {
      "four corners (x, y, z) of each facet less the position of its point, counter-clockwise seen from outside", ""},
     {SectionKind::face_points, "/pointshell/face_points", "1",
      "bit i % 32 of word i / 32: whether point i lies inside a face, where the points are thinned out", ""},
-    {SectionKind::corner_points, "/pointshell/corner_points", "1", "points at convex corners and tips, ascending", ""},
     {SectionKind::spheres, "/pointshell/tree/spheres", "position_step",
      "rows x, y, z, radius of the sphere round all points of a node; centre = position_origin + position_step * "
      "value, radius = position_step * value, in m",

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -15,7 +14,6 @@
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner.h"
-#include "runtime/contacts/baked_corners.h"
 #include "runtime/contacts/known_gap.h"
 #include "runtime/contacts/side_contacts.h"
 
@@ -27,8 +25,7 @@ struct ShellContacts {
   Manifolds manifolds;
   detail::PairMemory memory;  // as long as the shapes stay as they are
   PairPartner partner;
-  bool are_all = false;                                          // in this step: the other body's points are not needed
-  float least_beside = -std::numeric_limits<float>::infinity();  // of its corners, see detail::least_beside. [m]
+  bool are_all = false;  // in this step: the other body's points are not needed
 
   explicit ShellContacts(btDispatcher* dispatcher) : manifolds(dispatcher) {}
   void forget() { memory = {}, partner = {}; }
@@ -58,9 +55,6 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
  private:
   // @return a distance that the bodies surely have, without their margins; at most 0: none. [m]
   double find(std::unique_ptr<ShellContacts>& side, const Pair& pair, const PairStep& step, btManifoldResult* result);
-  // Finds the contacts of a body's corners.
-  // @param pair  with the roles exchanged
-  void find_corners(const Pair& pair, const PairStep& step, float least, btManifoldResult* result);
   template <class Call>
   void for_each_side(const Call& call) {
     for (const std::unique_ptr<ShellContacts>& side : sides_) {
@@ -72,7 +66,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   detail::KnownGap gap_;
   SeenShapes seen_;
   const LookAhead ahead_;
-  // Made when the bodies come near. The second has the roles exchanged: see detail::OtherGives.
+  // Made when the bodies come near. The second has the roles exchanged; none for shells with points everywhere.
   std::unique_ptr<ShellContacts> sides_[2];
 };
 // Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
@@ -95,13 +89,9 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Pair pair = assign_roles(a, b);
   if (pair.shell.object != a.object) std::swap(step.motions[0], step.motions[1]);
   double gap = find(sides_[0], pair, step, result);
-  const bool are_all = sides_[0] != nullptr && sides_[0]->are_all;
-  const Pair exchanged{pair.field, pair.shell, pair.other};
-  std::swap(step.motions[0], step.motions[1]);
-  if (pair.other == detail::OtherGives::all && !are_all) {
-    gap = std::min(gap, find(sides_[1], exchanged, step, result));
-  } else if (pair.other == detail::OtherGives::corners && !are_all && !(gap > step.reach)) {
-    find_corners(exchanged, step, sides_[0]->least_beside, result);
+  if (pair.both && !(sides_[0] != nullptr && sides_[0]->are_all)) {
+    std::swap(step.motions[0], step.motions[1]);
+    gap = std::min(gap, find(sides_[1], {pair.field, pair.shell, pair.both}, step, result));
   } else {
     sides_[1].reset();
   }
@@ -112,10 +102,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
                               btManifoldResult* result) {
   const detail::StepPair of_step = in_step(pair, &step);
   const double reach = step.reach + double{of_step.margin};
-  if (side != nullptr) {
-    side->are_all = false;
-    side->least_beside = -std::numeric_limits<float>::infinity();
-  }
+  if (side != nullptr) side->are_all = false;
   double gap = side != nullptr ? side->memory.known_distance(of_step) : 0;
   if (!(gap > reach) && (side == nullptr || !side->memory.touched)) gap = distance_to_box(of_step, box_of(pair.field));
   if (gap > reach) {
@@ -124,8 +111,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
   }
   if (side == nullptr) side = std::make_unique<ShellContacts>(m_dispatcher);
   detail::SideQuery query = step.query;
-  query.leaves_faces = pair.other == detail::OtherGives::all;
-  query.has_corners = pair.other == detail::OtherGives::corners;
+  query.leaves_faces = pair.both;
   query.flat_patches = pair.shell.vps->flat_patches();
   detail::SideContacts found;
   const std::optional<detail::Partner> other = side->partner.of(pair, query.approach.way > 0);
@@ -139,22 +125,9 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
     return 0;
   }
   side->are_all = found.are_all;
-  side->least_beside = detail::least_beside(found.contacts, of_step.touching());
   const btTransform frame = to_bt(found.in_shell_frame ? of_step.shell_pose : of_step.field_pose);
   side->manifolds.replace(pair, found.contacts, {frame, found.reach, query.distance, of_step.beside()}, result);
   return found.contacts.empty() ? side->memory.known_distance(of_step) : 0;
-}
-
-void ContactAlgorithm::find_corners(const Pair& pair, const PairStep& step, float least, btManifoldResult* result) {
-  std::unique_ptr<ShellContacts>& side = sides_[1];
-  if (side == nullptr) side = std::make_unique<ShellContacts>(m_dispatcher);
-  const detail::StepPair of_step = in_step(pair, &step);
-  const detail::CornersQuery query{step.query.distance, least, step.query.approach, step.query.most};
-  const std::span<const detail::ManifoldContact> found =
-      contacts_of_corners(of_step, pair.field.vps->distances(), query, side->memory, workspace());
-  const Placing placing{to_bt(of_step.field_pose), query.distance + query.approach.way, query.distance,
-                        of_step.beside()};
-  side->manifolds.replace(pair, found, placing, result);
 }
 
 std::atomic<bool> registered{false};

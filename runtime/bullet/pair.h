@@ -39,7 +39,7 @@ struct PairBody {
 
 struct Pair {
   PairBody shell, field;
-  detail::OtherGives other = detail::OtherGives::nothing;  ///< points of `field` that are sought in `shell`
+  bool both = false;  ///< each body's points are sought in the other one
 };
 
 /// If neither body can give its points, the query reports it.
@@ -48,11 +48,10 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
   if (first.vps == nullptr) return {second, first};
   const auto side = [](const Shape& shape) {
-    return detail::RoleSide{&shape.pointshell(), shape.voxelmap().field != Field::none,
-                            shape.distances().field != Field::none, shape.info().voxel_size};
+    return detail::RoleSide{&shape.pointshell(), shape.voxelmap().field != Field::none, shape.info().voxel_size};
   };
   const detail::PairRoles roles = detail::roles_of(side(*first.vps), side(*second.vps));
-  return roles.first_gives ? Pair{first, second, roles.other} : Pair{second, first, roles.other};
+  return roles.first_gives ? Pair{first, second, roles.both_give} : Pair{second, first, roles.both_give};
 }
 
 /// Penalty law of the pair's contacts. A stiffness of 0: they are rigid.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Looks up the corners in the other body's distance field: the roles of the paper's Sec. 3.2 exchanged for few points.
+// Looks up the corners in the distance field of the shell's body: the roles of the paper's Sec. 3.2 exchanged for few
+// places.
 #include "runtime/contacts/baked_corners.h"
 
 #include <algorithm>
@@ -13,7 +14,12 @@
 namespace vps::detail {
 namespace {
 
-// Upper bound of V outside the map's mesh, from its bounds; infinite within them. [m]
+Vec3 corner_of(const VoxelmapView& map, std::uint32_t i) {
+  const float* const at = map.corner_places + 3 * std::size_t{i};
+  return map.scale * Vec3{at[0], at[1], at[2]};
+}
+
+// Upper bound of V outside the mesh's bounds; infinite within them. [m]
 float most_beside(const VoxelmapView& map, Vec3 p) {
   const auto outside = [](float at, float low, float high) { return std::max(low - at, at - high); };
   const float off =
@@ -22,21 +28,18 @@ float most_beside(const VoxelmapView& map, Vec3 p) {
   return off > 0 ? -off : std::numeric_limits<float>::infinity();
 }
 
-// Finds the corners with V of at least `least`.
+// Finds the corners with V of at least `least`, without the margins.
 class FindCorners {
  public:
   FindCorners(const StepPair& pair, const VoxelmapView& map, float least, std::vector<Contact>& contacts)
-      : pair_(pair), map_(map), least_(least), contacts_(contacts) {
-    const PointshellView& shell = pair.shell;
-    const Transform to_map(pair.shell_to_field);
-    for (std::uint32_t i = 0; i < shell.corners; ++i) {
-      const std::uint32_t point = shell.corner_points[i];
-      const Vec3 at = to_map.apply(point_position(shell, point));
-      if (const float bound = most_beside(map, at); bound < least) {
+      : pair_(pair), map_(map), to_shell_(pair.to_shell()), least_(least), contacts_(contacts) {
+    for (std::uint32_t i = 0; i < map.corners; ++i) {
+      const Vec3 at = to_shell_.apply(corner_of(map, i));
+      if (const float bound = most_beside(pair.distances, at); bound < least) {
         most_ = std::max(most_, bound);
         continue;
       }
-      points_[places_.count] = point;
+      numbers_[places_.count] = i;
       places_.push(at);
       if (places_.count == Places::kMost) look_up();
     }
@@ -48,49 +51,56 @@ class FindCorners {
  private:
   void look_up() {
     Values v;
-    PlacedField(map_, Pose()).penetrations(places_, v);
+    PlacedField(pair_.distances, Pose()).penetrations(places_, v);
     for (std::uint32_t i = 0; i < places_.count; ++i) {
       most_ = std::max(most_, v[i]);
       if (!(v[i] >= least_)) continue;
       // The normals of the corner's own sides say nothing of where it meets a face.
-      const Vec3 at = places_[i];
-      const MapPlace place = place_in_map(map_, at);
+      const MapPlace place = place_in_map(pair_.distances, places_[i]);
       if (!(place.penetration >= least_) || !(dot(place.outward, place.outward) > 0)) continue;
-      contacts_.push_back(
-          {at, place.outward, place.penetration + pair_.margin, point_area(pair_.shell, points_[i]), points_[i], 0});
+      Contact contact;
+      contact.inward_normal = -1.0F * to_shell_.rotate_back(place.outward);
+      contact.position = corner_of(map_, numbers_[i]) - place.penetration * contact.inward_normal;
+      contact.penetration = place.penetration + pair_.margin;
+      contact.point = pair_.shell.points + numbers_[i];
+      contacts_.push_back(contact);
     }
     places_.count = 0;
   }
 
   const StepPair& pair_;
   const VoxelmapView& map_;
+  const Transform to_shell_;
   const float least_;
   std::vector<Contact>& contacts_;
   float most_ = -std::numeric_limits<float>::infinity();
-  Places places_;  // that wait for their look-up, map's frame. [m]
-  std::array<std::uint32_t, Places::kMost> points_;
+  Places places_;  // that wait for their look-up, shell's frame. [m]
+  std::array<std::uint32_t, Places::kMost> numbers_;
 };
 
 }  // namespace
 
-std::span<ManifoldContact> contacts_of_corners(const StepPair& pair, const VoxelmapView& map, const CornersQuery& query,
-                                               PairMemory& memory, Workspace& space) {
-  std::vector<ManifoldContact>& few = space.few;
-  few.clear();
-  const float reach = query.distance + pair.margin + query.approach.way;
-  const float least = std::max(-reach, query.least - pair.margin);
-  GapMemory& gap = memory.gap;
-  if (motion_between(pair.shell, gap.stand, pair.shell_to_field) < gap.distance + double{least}) return few;
+void add_contacts_of_corners(const StepPair& pair, const VoxelmapView& map, const CornersQuery& query,
+                             CornerMemory& memory, Workspace& space, std::vector<ManifoldContact>& out) {
+  const float least = std::max(-query.distance - query.way, query.least) - pair.margin;
+  // Corners move no farther than the box that holds them.
+  const Vec3 low{map.bounds_min[0], map.bounds_min[1], map.bounds_min[2]};
+  const Vec3 high{map.bounds_max[0], map.bounds_max[1], map.bounds_max[2]};
+  const Pose to_shell = relative_pose(pair.shell_pose, pair.field_pose);
+  if (memory.stand) {
+    const double moved = largest_displacement(0.5F * (low + high), 0.5F * length(high - low), *memory.stand, to_shell);
+    if (double{memory.most} + moved < double{least}) return;
+  }
   std::vector<Contact>& contacts = space.on_map;
   contacts.clear();
-  gap.distance = -double{FindCorners(pair, map, least, contacts).most()};
-  gap.stand = pair.shell_to_field;
+  memory.most = FindCorners(pair, map, least, contacts).most();
+  memory.stand = to_shell;
   FoundContacts found;
   found.contacts = contacts;
-  found.refined = FoundContacts::Refined::all;
+  found.has_map_contacts = true;
   found.shell_points = pair.shell.points;
-  found.way = query.approach.way;
-  found.is_joint = query.approach.is_joint;
+  found.way = query.way;
+  found.is_joint = query.is_joint;
   if (found.way > 0 && !contacts.empty()) keep_arriving(pair, Partner{map}, found);
   const std::span<const Contact> all = found.contacts;
   space.chosen.clear();
@@ -101,8 +111,7 @@ std::span<ManifoldContact> contacts_of_corners(const StepPair& pair, const Voxel
         return dot(between, between);
       },
       pair.alike(), query.most, space.nearest, space.chosen);
-  for (const std::uint32_t i : space.chosen) few.push_back({all[i], all[i].point});
-  return few;
+  for (const std::uint32_t i : space.chosen) out.push_back({all[i], all[i].point});
 }
 
 }  // namespace vps::detail

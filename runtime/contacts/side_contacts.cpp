@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/contacts/baked_corners.h"
 #include "runtime/contacts/refine_contacts.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/contacts/wide_face.h"
@@ -173,7 +174,8 @@ void remember_gap(const Side& side, const FoundContacts& found, const Stand& bef
     most = std::min(most, bound_farther(pair, side.partner, farther, side.space));
   }
   // Corners and round bodies also meet the surface between the points, which is within the covering radius of one.
-  const bool meets_between = side.partner.map() == nullptr || side.query.has_corners;
+  const VoxelmapView* const map = side.partner.map();
+  const bool meets_between = map == nullptr || map->corners > 0;
   const float between = meets_between ? pair.shell.covering_radius : 0;
   const double distance = -double{most} - double{between};
   if (!(distance > 0)) return;
@@ -262,6 +264,28 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
   for (const SegmentPoint& kept : keep_segments(contacts, pair.beside(), pair.alike(), side.memory.segments)) {
     side.space.few.push_back(*kept.at);
     side.space.few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
+  }
+}
+
+// Adds the contacts of the other body's corners, in further slots. A body that is flat all around has none there, and
+// of a thinned shell's partner all points are sought.
+// @param way  as FoundContacts::way
+void add_corners(const Side& side, float way) {
+  const StepPair& pair = side.pair;
+  const VoxelmapView* const map = side.partner.map();
+  if (map == nullptr || map->corners == 0 || pair.has_springs() || side.query.leaves_faces ||
+      pair.distances.field == Field::none) {
+    return;
+  }
+  std::vector<ManifoldContact>& few = side.space.few;
+  const std::size_t of_points = few.size();
+  const int slot = few.empty() ? 0 : few.back().slot + 1;
+  const CornersQuery query{side.query.distance + pair.margin, least_beside(few, pair.touching()), way,
+                           side.query.approach.is_joint, side.query.most};
+  add_contacts_of_corners(pair, *map, query, side.memory.corners, side.space, few);
+  for (std::size_t i = of_points; i < few.size(); ++i) {
+    few[i].slot = slot + static_cast<int>((i - of_points) / side.query.most);
+    side.memory.touched = side.memory.touched || few[i].penetration >= -pair.touching();
   }
 }
 
@@ -354,9 +378,9 @@ Status contacts_of_side(const StepPair& pair, const Partner& whole, const SideQu
   if (pair.use == StepUse::constraints && pair.segment_level == 0 && !tops) {
     few.resize(move_between_samples(pair, partner, found, memory, space, few));
   }
+  add_corners(side, way);
   memory.remember(few);
-  const bool are_all = tops || (ground != nullptr && query.has_corners);
-  out = {few, found.in_shell_frame, found.reach, are_all};
+  out = {few, found.in_shell_frame, found.reach, tops.has_value()};
   return Status::ok;
 }
 

@@ -10,7 +10,6 @@ namespace vps::detail {
 struct SideQuery {
   float distance = 0;         ///< surfaces up to this far apart are in contact, without the margins. [m]
   bool leaves_faces = false;  ///< see QueryOptions
-  bool has_corners = false;   ///< corners of the other body may be between the shell's points
   std::span<const FlatPatch> flat_patches = {};  ///< of the shell, for springs
   Approach approach = {};                        ///< of the pair
   std::size_t most = 4;                          ///< contacts; with segments, kContactsPerSegment for each

@@ -5,10 +5,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <optional>
 #include <type_traits>
 
-#include "runtime/contacts/baked_corners.h"
 #include "runtime/contacts/pair_roles.h"
 #include "runtime/contacts/side_contacts.h"
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -59,7 +57,7 @@ float voxel_of(const StepBody& body) noexcept {
 }
 
 RoleSide side_of(const StepBody& body) noexcept {
-  return {body.shell, has_field(body), map_of(body) != nullptr, double{voxel_of(body)}};
+  return {body.shell, has_field(body), double{voxel_of(body)}};
 }
 
 // Differs where one of the bodies is another one or has another size.
@@ -112,50 +110,68 @@ bool is_finite(const StepMotion& motion) noexcept {
 // What the sides of a pair have in common.
 struct BothSides {
   const StepOptions& options;
-  OtherGives other;
+  bool both;  // each body's points are sought in the other
   std::size_t most;
   StepScratch::Content& scratch;
 };
 
-// One body's points in the other one.
-struct Direction {
-  const StepBody& shell;
-  const StepBody& field;
-  float sign;  // of the normal: 1 where the shell's body is the first
-  PairMemory& memory;
-};
-
-StepPair pair_of(const BothSides& step, const Direction& of) {
+// Adds the contacts of one body's points to those of the pair, in the world.
+// @param sign  of the normal: 1 where the shell's body is the first
+// @param are_all  set: the other body's points are not needed
+Status add_side(const BothSides& step, const StepBody& shell, const StepBody& field, float sign, PairMemory& memory,
+                bool& are_all) {
   static const VoxelmapView none;
   static const StepMotion stands;
-  const StepBody& shell = of.shell;
-  const StepBody& field = of.field;
   const VoxelmapView* const map = map_of(shell);
   const bool moves = shell.motion != nullptr || field.motion != nullptr;
   const auto motion_of = [&](const StepBody& body) { return moves && body.motion == nullptr ? &stands : body.motion; };
-  return {*shell.shell,
-          map != nullptr && map->field != Field::layers ? *map : none,
-          shell.pose,
-          field.pose,
-          double{voxel_of(shell)},
-          double{std::min(voxel_of(shell), voxel_of(field))},
-          0,
-          step.options.use,
-          0,
-          motion_of(shell),
-          motion_of(field)};
-}
-
-// Adds contacts to those of the pair, in the world.
-// @param frame  of the contacts
-void add_in_world(std::span<const ManifoldContact> contacts, const Pose& frame, float sign, float least,
-                  std::vector<StepContact>& found) {
+  const StepPair pair{*shell.shell,
+                      map != nullptr && map->field != Field::layers ? *map : none,
+                      shell.pose,
+                      field.pose,
+                      double{voxel_of(shell)},
+                      double{std::min(voxel_of(shell), voxel_of(field))},
+                      0,
+                      step.options.use,
+                      0,
+                      motion_of(shell),
+                      motion_of(field)};
+  Partner partner{field.field};
+  std::array<Vec3, 8> corners;
+  field.field.visit([&](const auto& body) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(body)>, BoxField>) {
+      corners = corners_of(body.half_extents);
+      partner.corners.places = corners;
+    }
+  });
+  // Between coarse points that are a little apart the surfaces may touch.
+  const float touching = pair.touching();
+  const float near = contact_distance(pair.voxel_size, spacing_vx(pair.shell, pair.shell_voxel));
+  const bool are_coarse = step.options.use == StepUse::constraints && near > std::max(step.options.distance, touching);
+  SideQuery query{are_coarse ? near : step.options.distance, step.both};
+  query.approach = approach(pair);
+  query.most = query.most_ahead = step.most;
+  const double reach = double{query.distance + query.approach.way};
+  const FieldBox box = box_of(field);
+  // A field may lie a little outside the bounds of its mesh.
+  const bool is_apart = !memory.touched && distance_to_box(pair, box) > reach + pair.voxel_size;
+  if (is_apart || memory.known_distance(pair) > reach) {
+    memory.leave_apart();
+    return Status::ok;
+  }
+  partner.radius = box.radius();
+  SideContacts side;
+  const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
+  if (status != Status::ok) return status;
+  are_all = side.are_all;
+  const Pose& frame = side.in_shell_frame ? shell.pose : field.pose;
   const double* const r = frame.rotation;
-  for (const Contact& contact : contacts) {
-    if (contact.penetration < least) continue;
+  const float farthest = step.options.distance + query.approach.way;
+  for (const Contact& contact : side.contacts) {
+    if (are_coarse && contact.penetration < -farthest) continue;
     const Vec3 n = contact.inward_normal;
     const Vec3 middle = contact.position + contact.penetration / 2 * n;
-    StepContact& out = found.emplace_back();
+    StepContact& out = step.scratch.found.emplace_back();
     const double at[3] = {middle.x, middle.y, middle.z};
     float normal[3];
     for (int i = 0; i < 3; ++i) {
@@ -168,62 +184,7 @@ void add_in_world(std::span<const ManifoldContact> contacts, const Pose& frame, 
     out.area = contact.area;
     out.feature = contact.point | (sign < 0 ? kOfSecond : 0);
   }
-}
-
-// What a side tells the other one.
-struct SideResult {
-  bool is_apart = false;
-  bool are_all = false;  // the other body's points are not needed
-  float least_beside = -std::numeric_limits<float>::infinity();
-};
-
-// Adds the contacts of one body's points.
-Status add_side(const BothSides& step, const Direction& of, SideResult& result) {
-  const StepPair pair = pair_of(step, of);
-  PairMemory& memory = of.memory;
-  Partner partner{of.field.field};
-  std::array<Vec3, 8> corners;
-  of.field.field.visit([&](const auto& body) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(body)>, BoxField>) {
-      corners = corners_of(body.half_extents);
-      partner.corners.places = corners;
-    }
-  });
-  // Between coarse points that are a little apart the surfaces may touch.
-  const float touching = pair.touching();
-  const float near = contact_distance(pair.voxel_size, spacing_vx(pair.shell, pair.shell_voxel));
-  const bool are_coarse = step.options.use == StepUse::constraints && near > std::max(step.options.distance, touching);
-  SideQuery query{are_coarse ? near : step.options.distance, step.other == OtherGives::all,
-                  step.other == OtherGives::corners};
-  query.approach = approach(pair);
-  query.most = query.most_ahead = step.most;
-  const double reach = double{query.distance + query.approach.way};
-  const FieldBox box = box_of(of.field);
-  // A field may lie a little outside the bounds of its mesh.
-  const bool is_apart = !memory.touched && distance_to_box(pair, box) > reach + pair.voxel_size;
-  if (is_apart || memory.known_distance(pair) > reach) {
-    memory.leave_apart();
-    result.is_apart = true;
-    return Status::ok;
-  }
-  partner.radius = box.radius();
-  SideContacts side;
-  const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
-  if (status != Status::ok) return status;
-  result.are_all = side.are_all;
-  result.least_beside = least_beside(side.contacts, touching);
-  const float least = are_coarse ? -(step.options.distance + query.approach.way) : -std::numeric_limits<float>::max();
-  add_in_world(side.contacts, side.in_shell_frame ? of.shell.pose : of.field.pose, of.sign, least, step.scratch.found);
   return status;
-}
-
-// Adds the contacts of one body's corners.
-void add_corners(const BothSides& step, const Direction& of, float least) {
-  const StepPair pair = pair_of(step, of);
-  const CornersQuery query{step.options.distance, least, approach(pair), step.most};
-  const std::span<const ManifoldContact> found =
-      contacts_of_corners(pair, *map_of(of.field), query, of.memory, step.scratch.space);
-  add_in_world(found, of.field.pose, of.sign, -std::numeric_limits<float>::max(), step.scratch.found);
 }
 
 }  // namespace
@@ -240,39 +201,35 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
   const PairRoles roles = roles_of(side_of(first), side_of(second));
   if (!roles.is_possible) return Status::missing_part;
   // Springs act on the areas of one body's points.
-  const OtherGives other = options.use != StepUse::springs ? roles.other : OtherGives::nothing;
+  const bool both = roles.both_give && options.use != StepUse::springs;
   Status status = Status::ok;
   const Status grown = try_to_grow([&] {
     if (scratch.content == nullptr) scratch.content = std::make_unique<StepScratch::Content>();
     StepMemory* const memory = options.memory;
     if (memory != nullptr && memory->content == nullptr) memory->content = std::make_unique<StepMemory::Content>();
-    const BothSides step{options, other, out.size(), *scratch.content};
+    const BothSides step{options, both, out.size(), *scratch.content};
     std::vector<StepContact>& found = scratch.content->found;
     found.clear();
-    std::optional<PairMemory> none[2];
-    const auto direction = [&](bool of_first) {
+    bool are_all = false;
+    const auto add = [&](bool of_first) {
       const StepBody& shell = of_first ? first : second;
       const StepBody& field = of_first ? second : first;
       const float sign = of_first ? 1 : -1;
-      if (memory == nullptr) {
-        PairMemory& of_step = none[of_first ? 0 : 1].emplace();
-        of_step.is_lasting = false;
-        return Direction{shell, field, sign, of_step};
+      if (memory != nullptr) {
+        StepMemory::Content::Side& side = memory->content->sides[of_first ? 0 : 1];
+        if (const std::uint64_t bodies = id_of(shell, field); side.bodies != bodies) side = {{}, bodies};
+        return add_side(step, shell, field, sign, side.memory, are_all);
       }
-      StepMemory::Content::Side& side = memory->content->sides[of_first ? 0 : 1];
-      if (const std::uint64_t bodies = id_of(shell, field); side.bodies != bodies) side = {{}, bodies};
-      return Direction{shell, field, sign, side.memory};
+      PairMemory none;
+      none.is_lasting = false;
+      return add_side(step, shell, field, sign, none, are_all);
     };
-    SideResult result;
-    status = add_side(step, direction(roles.first_gives), result);
-    if (status == Status::ok && other != OtherGives::nothing) {
-      const Direction exchanged = direction(!roles.first_gives);
-      if (result.are_all || (other == OtherGives::corners && result.is_apart)) {
-        exchanged.memory.leave_apart();
-      } else if (other == OtherGives::corners) {
-        add_corners(step, exchanged, result.least_beside);
-      } else {
-        status = add_side(step, exchanged, result);
+    status = add(roles.first_gives);
+    if (status == Status::ok && both) {
+      if (!are_all) {
+        status = add(!roles.first_gives);
+      } else if (memory != nullptr) {
+        memory->content->sides[roles.first_gives ? 1 : 0].memory.leave_apart();
       }
     }
     if (status != Status::ok) return;

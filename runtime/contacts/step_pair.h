@@ -175,6 +175,12 @@ struct GapMemory {
   Stand sought;         ///< where it was last sought farther than contacts are
 };
 
+/// Of the other body's corners in the shell's body. As long as they have moved by less, none is deeper.
+struct CornerMemory {
+  Stand stand;     ///< of the other body in the shell's frame
+  float most = 0;  ///< upper bound of V at all of them then, without margins. [m]
+};
+
 /// Whether a voxelmap is flat in a ball, and its plane. Field's frame.
 struct KnownGround {
   Vec3 centre;       ///< [m]
@@ -211,6 +217,7 @@ struct PairMemory {
   SlideMemory slides;
   ChoiceMemory choice;
   GapMemory gap;
+  CornerMemory corners;
   GroundMemory ground;
   /// The outward normal of a plane, or of a box's face that is wider than the shell, in each step since the other
   /// members' stands; else none. Field's frame.

@@ -244,9 +244,8 @@ inline float rounding(const PointshellView& shell, const Pose& pose, const Frame
   return static_cast<float>(kRounding * (largest + double{sphere_radius(shell, 0)}) / frame.unit);
 }
 
-/// Upper bound of the distance that any point of the shell moves from one pose to the other. [m]
-inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
-  const Vec3 at = sphere_centre(shell, 0);
+/// Upper bound of the distance that any place of a ball moves from one pose to the other. [m]
+inline double largest_displacement(Vec3 at, float radius, const Pose& from, const Pose& to) noexcept {
   const double centre[3] = {at.x, at.y, at.z};
   double turned = 0;
   double moved = 0;
@@ -261,7 +260,11 @@ inline double largest_displacement(const PointshellView& shell, const Pose& from
   }
   // The difference of two rotations stretches a vector by its Frobenius norm over sqrt(2).
   constexpr double kRounding = 1 + 1e-6;
-  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * sphere_radius(shell, 0));
+  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * double{radius});
+}
+/// The same for all points of a shell. [m]
+inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+  return largest_displacement(sphere_centre(shell, 0), sphere_radius(shell, 0), from, to);
 }
 
 /// The same along a unit vector of the poses' frame. [m]

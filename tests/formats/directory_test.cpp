@@ -384,26 +384,28 @@ TEST(Validate, FacetsHaveCornersAndAscendingPoints) {
   EXPECT_EQ(decoded({}, 1), Status::missing_section);
 }
 
-TEST(Validate, CornerPointsAscendAndAreFew) {
-  const auto with_corners = [](const std::vector<std::uint32_t>& points) {
+TEST(Validate, CornersAreFewAndFinite) {
+  const auto with_corners = [](std::size_t count, float last) {
     TinyAsset tiny;
-    tiny.sections.push_back(make_section(SectionKind::corner_points, ElementType::u32, {points.size()}, points));
+    std::vector<float> places(3 * count, 0.5F);
+    places.back() = last;
+    tiny.sections.push_back(make_section(SectionKind::corners, ElementType::f32, {count, 3}, places));
     return tiny;
   };
-  const auto indices = [&](const std::vector<std::uint32_t>& points) {
-    Bytes bytes(with_corners(points));
+  const auto indices = [&](float last) {
+    Bytes bytes(with_corners(2, last));
     return validate_indices(bytes.all(), bytes.directory());
   };
-  EXPECT_EQ(indices({0, 3}), Status::ok);
-  EXPECT_EQ(indices({3, 0}), Status::bad_index);
-  EXPECT_EQ(indices({0, 4}), Status::bad_index);
+  EXPECT_EQ(indices(-7), Status::ok);
+  EXPECT_EQ(indices(std::numeric_limits<float>::infinity()), Status::bad_index);
+  EXPECT_EQ(indices(std::numeric_limits<float>::quiet_NaN()), Status::bad_index);
   const auto decoded = [&](std::size_t count) {
-    Bytes bytes(with_corners(std::vector<std::uint32_t>(count, 1)));
+    Bytes bytes(with_corners(count, 0));
     Directory directory;
     return decode_directory(bytes.all(), directory);
   };
-  EXPECT_EQ(decoded(kMostCornerPoints), Status::ok);
-  EXPECT_EQ(decoded(kMostCornerPoints + 1), Status::bad_section);
+  EXPECT_EQ(decoded(kMostMeshCorners), Status::ok);
+  EXPECT_EQ(decoded(kMostMeshCorners + 1), Status::bad_section);
 }
 
 TEST(Directory, FacePointsHaveABitForEachPoint) {

@@ -107,6 +107,26 @@ TEST(CliCache, ADamagedEntryIsBakedAgainAndReplaced) {
   }
 }
 
+// Others may write to a shared cache, too.
+TEST(CliCache, ALinkInItLeadsToNoOtherFile) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " --voxel 10mm -o a.vps.hdf --cache cache";
+  ASSERT_EQ(use_of_cache(folder, cube), "miss");
+  for (const fs::path& file : files_of_entries(folder / "cache")) {
+    const std::string bytes = read_file(file);
+    for (const char* const target : {"precious", "nowhere"}) {
+      write_file(folder / "precious", "precious");
+      fs::remove(file);
+      fs::create_symlink(folder / target, file);
+      EXPECT_EQ(use_of_cache(folder, cube), "miss") << file;
+      EXPECT_EQ(read_file(folder / "precious"), "precious");
+      EXPECT_FALSE(fs::exists(folder / "nowhere"));
+      EXPECT_FALSE(fs::is_symlink(file));
+      EXPECT_EQ(read_file(file), bytes);
+    }
+  }
+}
+
 TEST(CliCache, AFolderThatCannotBeUsedCostsOneLine) {
   const TemporaryFolder folder;
   const std::string cube = sample("cube") + " --voxel 10mm";
