@@ -71,7 +71,7 @@ enum class Status : std::uint8_t {
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
 /// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = slices of field
-/// bricks, P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
+/// bricks, C = corners, P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
 enum class SectionKind : std::uint32_t {
   brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, kNoBrick or kNoBrickInside; with `layers` only
   coarse_layers = 2,  ///< i16 [rz,ry,rx]: lower bound of the distance from the CENTRE of each block of 16x16x16 voxels

@@ -6,6 +6,7 @@
 #include <hdf5.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -162,9 +163,11 @@ Section write_section(hid_t file, const SectionData& data) {
   Section section;
   section.kind = data.kind;
   section.element = data.element;
-  const bool optional =
-      data.kind == SectionKind::record || data.kind == SectionKind::far || data.kind == SectionKind::planes;
-  section.flags = optional ? 0 : kSectionRequired;
+  // Readers that do not know these may go without.
+  constexpr SectionKind kOptional[] = {SectionKind::record, SectionKind::far, SectionKind::planes,
+                                       SectionKind::corners};
+  const bool is_optional = std::find(std::begin(kOptional), std::end(kOptional), data.kind) != std::end(kOptional);
+  section.flags = is_optional ? 0 : kSectionRequired;
   section.rank = static_cast<std::uint32_t>(data.shape.size());
   std::uint64_t count = 1;
   for (std::size_t axis = 0; axis < data.shape.size() && axis < section.shape.size(); ++axis) {
