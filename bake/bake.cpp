@@ -151,7 +151,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   std::vector<Corner> corners;
   const auto described = stages.add("describe", {check}, [&] {
     describe_mesh(surface, asset.info);
-    if (options.voxelmap) corners = find_corners(surface);
+    corners = find_corners(surface);
   });
 
   SurfaceVoxels voxels;
@@ -221,9 +221,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   auto last_in_parallel = last_of_map;
   if (options.pointshell) {
     // Side by side with the samples of the field, or with the trees, it would raise the peak of memory.
-    sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
-      shell = sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces,
-                                [&](double done) { stages.advance(sampled, done); });
+    sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, described, last_of_map}, [&] {
+      shell = sample_pointshell(surface, corners, grid, voxels, runs, field, options.alpha * grid.voxel_size,
+                                options.thin_faces, [&](double done) { stages.advance(sampled, done); });
       // No later stage needs these.
       field = {};
       voxels = {};
@@ -254,7 +254,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   asset.times = stages.times();
   if (options.voxelmap) pack_far(far, asset.info, asset.sections);
   if (options.voxelmap && options.scaled) pack_planes(planes, asset.sections);
-  pack_corners(std::move(corners), asset.sections);
+  if (options.voxelmap) pack_corners(std::move(corners), asset.sections);
   std::move(shell_sections.begin(), shell_sections.end(), std::back_inserter(asset.sections));
   return asset;
 }

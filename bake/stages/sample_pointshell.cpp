@@ -16,7 +16,6 @@
 #include <span>
 
 #include "bake/repair/topology.h"
-#include "bake/stages/find_corners.h"
 #include "bake/stages/find_faces.h"
 #include "bake/stages/inward_normal.h"
 #include "bake/stages/piece_cells.h"
@@ -41,7 +40,7 @@ class Sampler {
   Sampler(const Surface& surface, double spacing)
       : surface_(surface), spacing_(spacing), blocks_(surface, 2 * spacing) {}
 
-  void sample_features();
+  void sample_features(std::span<const Corner> corners);
   void sample_triangles(const Grid& grid, const SurfaceVoxels& voxels);
   void fill_gaps();
   void measure_areas();
@@ -76,7 +75,7 @@ Sample* Sampler::offer(Block& home, const Vector& p, const Vector& normal) {
 }
 
 // Samples sharp edges from one end to the other. Vertices come first where one sharp edge ends, or three and more meet.
-void Sampler::sample_features() {
+void Sampler::sample_features(std::span<const Corner> corners) {
   struct SharpEdge {
     std::uint32_t from, to, triangle;
   };
@@ -99,7 +98,7 @@ void Sampler::sample_features() {
     }
   }
   // Tips of cones with many sides have no sharp edge.
-  for (const Corner& corner : find_corners(surface_)) offer_on_edge(corner.place, corner.triangle);
+  for (const Corner& corner : corners) offer_on_edge(corner.place, corner.triangle);
   for (const SharpEdge& e : sharp) {
     const Vector& from = surface_.vertices[e.from];
     const Vector step = surface_.vertices[e.to] - from;
@@ -299,15 +298,15 @@ Vector as_stored(const Vector& normal) {
 
 }  // namespace
 
-Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                             const InsideRuns& runs, const BandField& field, double spacing, double thin,
-                             const StageProgress& progress) {
+Pointshell sample_pointshell(const Surface& surface, std::span<const Corner> corners, const Grid& grid,
+                             const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
+                             double spacing, double thin, const StageProgress& progress) {
   // The shares of the steps, measured.
   const auto report = [&](double done) {
     if (progress) progress(done);
   };
   Sampler sampler(surface, spacing);
-  sampler.sample_features();
+  sampler.sample_features(corners);
   report(0.05);
   sampler.sample_triangles(grid, voxels);
   report(0.15);

@@ -2,8 +2,11 @@
 /// @file The pointshell: points on the surface with inward normals and areas. Paper: Sec. 2.1.2. Internal to bake.
 #pragma once
 
+#include <span>
+
 #include "bake/loop_progress.h"
 #include "bake/stages/distance_field.h"
+#include "bake/stages/find_corners.h"
 #include "bake/stages/fit_facets.h"
 
 namespace vps::bake {
@@ -30,8 +33,9 @@ struct Pointshell {
 
 /// @param spacing  alpha * s. [Units: m]
 /// @param thin     see BakeOptions::thin_faces
-[[nodiscard]] Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                                           const InsideRuns& runs, const BandField& field, double spacing, double thin,
-                                           const StageProgress& progress = {});
+/// @param corners  of the surface: points are placed there first, so that no tip is cut
+[[nodiscard]] Pointshell sample_pointshell(const Surface& surface, std::span<const Corner> corners, const Grid& grid,
+                                           const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
+                                           double spacing, double thin, const StageProgress& progress = {});
 
 }  // namespace vps::bake

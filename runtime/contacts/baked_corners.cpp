@@ -7,7 +7,6 @@
 #include <array>
 #include <limits>
 
-#include "runtime/contacts/refine_contact.h"
 #include "runtime/contacts/side_contacts.h"
 #include "runtime/fields/placed_field.h"
 
@@ -55,15 +54,8 @@ class FindCorners {
     for (std::uint32_t i = 0; i < places_.count; ++i) {
       most_ = std::max(most_, v[i]);
       if (!(v[i] >= least_)) continue;
-      // The normals of the corner's own sides say nothing of where it meets a face.
-      const MapPlace place = place_in_map(pair_.distances, places_[i]);
-      if (!(place.penetration >= least_) || !(dot(place.outward, place.outward) > 0)) continue;
-      Contact contact;
-      contact.inward_normal = -1.0F * to_shell_.rotate_back(place.outward);
-      contact.position = corner_of(map_, numbers_[i]) - place.penetration * contact.inward_normal;
-      contact.penetration = place.penetration + pair_.margin;
-      contact.point = pair_.shell.points + numbers_[i];
-      contacts_.push_back(contact);
+      add_corner_contact(pair_.distances, to_shell_, corner_of(map_, numbers_[i]), {least_, pair_.margin},
+                         pair_.shell.points + numbers_[i], contacts_);
     }
     places_.count = 0;
   }

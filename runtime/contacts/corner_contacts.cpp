@@ -8,6 +8,19 @@
 
 namespace vps::detail {
 
+void add_corner_contact(const VoxelmapView& map, const Transform& to_map, Vec3 corner, CornerReach reach,
+                        std::uint32_t number, std::vector<Contact>& contacts) {
+  // The normals of the corner's own sides say nothing of where it meets a face.
+  const MapPlace place = place_in_map(map, to_map.apply(corner));
+  if (!(place.penetration >= reach.least) || !(dot(place.outward, place.outward) > 0)) return;
+  Contact contact;
+  contact.inward_normal = -1.0F * to_map.rotate_back(place.outward);
+  contact.position = corner - place.penetration * contact.inward_normal;
+  contact.penetration = place.penetration + reach.margin;
+  contact.point = number;
+  contacts.push_back(contact);
+}
+
 bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, const Transform& to_map,
                          const Corners& corners, float reach, std::vector<Contact>& contacts) {
   const Vec3 centre = sphere_centre(shell, 0);
@@ -17,14 +30,8 @@ bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, c
     const Vec3 at = to_map.apply(corners.places[i]);
     const Vec3 away = at - centre;
     if (!(dot(away, away) <= farthest * farthest) || vps::penetration(map, at, {}) + corners.margin < -reach) continue;
-    const MapPlace place = place_in_map(map, at);
-    if (place.penetration + corners.margin < -reach || !(dot(place.outward, place.outward) > 0)) continue;
-    Contact contact;
-    contact.inward_normal = -1.0F * to_map.rotate_back(place.outward);
-    contact.position = corners.places[i] - place.penetration * contact.inward_normal;
-    contact.penetration = place.penetration + corners.margin;
-    contact.point = shell.points + static_cast<std::uint32_t>(i);
-    contacts.push_back(contact);
+    add_corner_contact(map, to_map, corners.places[i], {-reach - corners.margin, corners.margin},
+                       shell.points + static_cast<std::uint32_t>(i), contacts);
   }
   return contacts.size() > before;
 }

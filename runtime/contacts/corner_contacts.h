@@ -20,6 +20,18 @@ struct Corners {
   float margin = 0;              ///< by which it is rounded. [m]
 };
 
+/// Which corners are contacts.
+struct CornerReach {
+  float least = 0;   ///< V of a corner, without the margin. [m]
+  float margin = 0;  ///< added to V. [m]
+};
+/// Appends the contact of a corner, if it reaches. It is final.
+/// @param map     distances of the shell's body
+/// @param corner  body's frame; the contact's too. [m]
+/// @param number  the contact's `point`: no point of the shell
+void add_corner_contact(const VoxelmapView& map, const Transform& to_map, Vec3 corner, CornerReach reach,
+                        std::uint32_t number, std::vector<Contact>& contacts);
+
 /// Appends a contact for each corner that is in the voxelmap of the shell's body or near it. Such contacts are final,
 /// and their `point` is no point of the shell.
 /// @param map       distances of the shell's body
