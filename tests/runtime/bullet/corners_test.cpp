@@ -83,9 +83,10 @@ TEST(Corners, FallOnFacesOfBodiesThatGiveTheirPoints) {
 // Where enough points touch, corners that are no deeper add nothing.
 TEST(Corners, OfABodyThatLiesFlatAddNoContacts) {
   World scene(kCornersVoxel);
-  bullet::Shape shape(cornered_cube());
-  scene.add(shape, 0, btVector3(0, 0, 0));
-  scene.add(shape, 1, btTransform(btQuaternion({0, 0, 1}, btScalar(0.4)), {btScalar(0.005), 0, btScalar(0.0601)}));
+  bullet::Shape above(cornered_cube());
+  bullet::Shape below(cornered_slab(), bullet::Part::pointshell);  // which gives its points
+  scene.add(below, 0, btVector3(0, 0, 0));
+  scene.add(above, 1, btTransform(btQuaternion({0, 0, 1}, btScalar(0.4)), {btScalar(0.005), 0, btScalar(0.0449)}));
   for (int i = 0; i < 120; ++i) {
     scene.step(1);
     EXPECT_LE(scene.points().size(), 4U);
