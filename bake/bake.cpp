@@ -151,7 +151,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   std::vector<Corner> corners;
   const auto described = stages.add("describe", {check}, [&] {
     describe_mesh(surface, asset.info);
-    corners = find_corners(surface);
+    corners = find_corners(surface, grid.voxel_size);
   });
 
   SurfaceVoxels voxels;

@@ -70,6 +70,14 @@ double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Pl
   return sum;
 }
 
+/// Whether two cubes lie in one brick. Equal bricks share their samples, so an entry alone does not tell.
+inline bool are_in_one_brick(std::uint32_t entry, const std::uint32_t (&cell)[3], std::uint32_t other,
+                             const std::uint32_t (&other_cell)[3]) noexcept {
+  const auto brick = [&](std::uint32_t at) { return kPlacesPerVoxel * at / ((kFieldEdge - 1) * spacing_of(entry)); };
+  return entry == other && brick(cell[0]) == brick(other_cell[0]) && brick(cell[1]) == brick(other_cell[1]) &&
+         brick(cell[2]) == brick(other_cell[2]);
+}
+
 /// Calls visit(entry, cell, edge) for each entry under a root that leads to a brick: its lowest cell and its edge, in
 /// cells of level 0.
 /// @param root  [Limits: value < root_count]
@@ -108,7 +116,7 @@ void for_each_sample_on_faces(const Octree& tree, std::size_t root, const Sample
       const Found other = find_entry(tree.roots, tree.nodes, tree.root_dims, other_cell);
       // The smaller cube has the whole face; of equal ones, the lower has it.
       if (other.edge < edge || (other.edge == edge && !upper)) continue;
-      if (!is_brick(other.entry) || slice_of(other.entry) == slice_of(entry)) continue;
+      if (!is_brick(other.entry) || are_in_one_brick(entry, cell, other.entry, other_cell)) continue;
       const std::int64_t length = kPlacesPerVoxel * edge;
       const std::int64_t step = std::min({spacing_of(entry), spacing_of(other.entry), length});
       Place place;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "bake/point_grid.h"
+
 namespace vps::bake {
 namespace {
 
@@ -17,6 +19,11 @@ class NormalSpread {
     sum_ += weight * normal;
     squares_ += weight * normal * normal.transpose();
     whole_ += weight;
+  }
+  void add(const NormalSpread& other) {
+    sum_ += other.sum_;
+    squares_ += other.squares_;
+    whole_ += other.whole_;
   }
   [[nodiscard]] Vector mean() const { return sum_.normalized(); }
   // How far the normals turn to the side, in the direction in which they do so least.
@@ -51,42 +58,140 @@ struct Fan {
   std::vector<Vector> edges;
 };
 
-}  // namespace
+class FindCorners {
+ public:
+  FindCorners(const Surface& surface, double reach) : surface_(surface), reach_(reach) {
+    find_turns();
+    gather_fans();
+  }
+  [[nodiscard]] std::vector<Corner> sharp() const;
+  // @return those that are nowhere near `corners`
+  [[nodiscard]] std::vector<Corner> rounded(const std::vector<Corner>& corners) const;
 
-std::vector<Corner> find_corners(const Surface& surface) {
-  constexpr double kTurned = 0.9;  // at a corner some normals differ by more
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> first(surface.vertices.size(), kNone);  // triangle of each vertex
-  std::vector<std::uint32_t> fan_of(surface.vertices.size(), kNone);
-  std::vector<Fan> fans;
-  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    for (const std::uint32_t v : surface.triangles[t]) {
-      if (first[v] == kNone) first[v] = t;
-      if (fan_of[v] != kNone || surface.normals[t].dot(surface.normals[first[v]]) > kTurned) continue;
-      fan_of[v] = static_cast<std::uint32_t>(fans.size());
-      fans.push_back({v, {}, {}});
+ private:
+  void find_turns();
+  void gather_fans();
+  [[nodiscard]] double rounded_sharpness(const Fan& fan, const PointGrid& grid) const;
+  [[nodiscard]] Corner corner_at(const Fan& fan, double sharpness) const {
+    return {surface_.vertices[fan.vertex], first_[fan.vertex], sharpness};
+  }
+  [[nodiscard]] bool are_near(const Vector& a, const Vector& b) const {
+    return (a - b).squaredNorm() <= reach_ * reach_;
+  }
+
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  const Surface& surface_;
+  const double reach_;
+  std::vector<std::uint32_t> first_;   // triangle of each vertex
+  std::vector<std::uint32_t> fan_of_;  // of each vertex
+  std::vector<Fan> fans_;
+};
+
+// Few vertices get a fan: those where normals turn as on a corner, or as on a ball with a radius of the reach.
+void FindCorners::find_turns() {
+  constexpr double kTurned = 0.1;  // 1 - cos: at a corner some normals differ by more
+  const double curved = 0.08 / (reach_ * reach_);
+  first_.assign(surface_.vertices.size(), kNone);
+  fan_of_.assign(surface_.vertices.size(), kNone);
+  for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
+    double squares[3];  // of the edge from each corner to the next
+    for (int i = 0; i < 3; ++i) squares[i] = (surface_.corner(t, (i + 1) % 3) - surface_.corner(t, i)).squaredNorm();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t v = surface_.triangles[t][i];
+      if (first_[v] == kNone) first_[v] = t;
+      const double least = std::min(kTurned, curved * std::min(squares[i], squares[(i + 2) % 3]));
+      if (fan_of_[v] != kNone || 1 - surface_.normals[t].dot(surface_.normals[first_[v]]) < least) continue;
+      fan_of_[v] = static_cast<std::uint32_t>(fans_.size());
+      fans_.push_back({v, {}, {}});
     }
   }
-  if (fans.empty()) return {};
-  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto& at = surface.triangles[t];
+}
+
+void FindCorners::gather_fans() {
+  if (fans_.empty()) return;
+  for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
+    const auto& at = surface_.triangles[t];
     for (std::size_t i = 0; i < 3; ++i) {
-      if (fan_of[at[i]] == kNone) continue;
-      Fan& fan = fans[fan_of[at[i]]];
-      const Vector a = surface.vertices[at[(i + 1) % 3]] - surface.vertices[at[i]];
-      const Vector b = surface.vertices[at[(i + 2) % 3]] - surface.vertices[at[i]];
-      fan.spread.add(surface.normals[t], std::atan2(a.cross(b).norm(), a.dot(b)));
+      if (fan_of_[at[i]] == kNone) continue;
+      Fan& fan = fans_[fan_of_[at[i]]];
+      const Vector a = surface_.vertices[at[(i + 1) % 3]] - surface_.vertices[at[i]];
+      const Vector b = surface_.vertices[at[(i + 2) % 3]] - surface_.vertices[at[i]];
+      fan.spread.add(surface_.normals[t], std::atan2(a.cross(b).norm(), a.dot(b)));
       fan.edges.push_back(a);
     }
   }
+}
+
+std::vector<Corner> FindCorners::sharp() const {
   std::vector<Corner> corners;
-  for (const Fan& fan : fans) {
+  for (const Fan& fan : fans_) {
     const Vector out = fan.spread.mean();
     const bool is_convex =
         std::all_of(fan.edges.begin(), fan.edges.end(), [&](const Vector& edge) { return falls(edge, out); });
     const double sharp = is_convex ? fan.spread.least_across() : 0;
-    if (sharp > kCorner) corners.push_back({surface.vertices[fan.vertex], first[fan.vertex], sharp});
+    if (sharp > kCorner) corners.push_back(corner_at(fan, sharp));
   }
+  return corners;
+}
+
+// Sharpness of all that turns within reach of a vertex. @return 0: the surface is higher beside it
+double FindCorners::rounded_sharpness(const Fan& fan, const PointGrid& grid) const {
+  const Vector& place = surface_.vertices[fan.vertex];
+  NormalSpread spread;
+  std::vector<std::uint32_t> near;
+  grid.for_each_near(place, 1, [&](std::uint32_t i) {
+    if (!are_near(surface_.vertices[fans_[i].vertex], place)) return;
+    spread.add(fans_[i].spread);
+    near.push_back(i);
+  });
+  const double sharp = spread.least_across();
+  if (!(sharp > kCorner)) return 0;
+  const Vector out = spread.mean();
+  const bool is_convex = std::all_of(near.begin(), near.end(), [&](std::uint32_t i) {
+    const Vector way = surface_.vertices[fans_[i].vertex] - place;
+    return falls(way, out) && std::all_of(fans_[i].edges.begin(), fans_[i].edges.end(),
+                                          [&](const Vector& edge) { return falls(way + edge, out); });
+  });
+  return is_convex ? sharp : 0;
+}
+
+std::vector<Corner> FindCorners::rounded(const std::vector<Corner>& corners) const {
+  PointGrid grid(reach_);
+  for (std::uint32_t i = 0; i < fans_.size(); ++i) grid.insert(surface_.vertices[fans_[i].vertex], i);
+  std::vector<Corner> found;
+  for (const Fan& fan : fans_) {
+    const double sharp = rounded_sharpness(fan, grid);
+    if (sharp > 0) found.push_back(corner_at(fan, sharp));
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Corner& a, const Corner& b) { return a.sharpness > b.sharpness; });
+  PointGrid taken(reach_);
+  std::vector<Vector> places;
+  const auto take = [&](const Vector& place) {
+    taken.insert(place, static_cast<std::uint32_t>(places.size()));
+    places.push_back(place);
+  };
+  for (const Corner& corner : corners) take(corner.place);
+  std::vector<Corner> kept;
+  for (const Corner& corner : found) {
+    bool is_free = true;
+    taken.for_each_near(corner.place, 1,
+                        [&](std::uint32_t i) { is_free = is_free && !are_near(places[i], corner.place); });
+    if (!is_free) continue;
+    take(corner.place);
+    kept.push_back(corner);
+  }
+  return kept;
+}
+
+}  // namespace
+
+std::vector<Corner> find_corners(const Surface& surface, double voxel_size) {
+  constexpr double kReach_vx = 2;
+  const FindCorners find(surface, kReach_vx * voxel_size);
+  std::vector<Corner> corners = find.sharp();
+  const std::vector<Corner> rounded = find.rounded(corners);
+  corners.insert(corners.end(), rounded.begin(), rounded.end());
   return corners;
 }
 

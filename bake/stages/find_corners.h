@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Convex corners and tips, as of a cube or a cone: they may go between the points of a face that they meet.
+/// @file Convex corners and tips, sharp or rounded: they may go between the points of a face that they meet.
 /// Internal to bake.
 #pragma once
 
@@ -20,7 +20,10 @@ struct Corner {
   double sharpness = 0;
 };
 
-/// The convex corners among the mesh's vertices, in their order. What a mesh rounds off with small triangles is none.
-[[nodiscard]] std::vector<Corner> find_corners(const Surface& surface);
+/// The convex corners among the mesh's vertices, in their order; then those that the mesh rounds off with radii below
+/// two voxels, the sharpest first, at least two voxels from each other and from the former. A rounded corner is as
+/// sharp as all vertices within two voxels together.
+/// @param voxel_size  [m]
+[[nodiscard]] std::vector<Corner> find_corners(const Surface& surface, double voxel_size);
 
 }  // namespace vps::bake

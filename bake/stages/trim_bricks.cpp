@@ -7,8 +7,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <span>
+#include <unordered_map>
 
 #include "formats/brick_faces.h"
+#include "formats/vps_format.h"
 
 namespace vps::bake {
 namespace {
@@ -147,6 +150,36 @@ class BrickTrimmer {
   std::vector<Brick> bricks_;
 };
 
+// The samples of a brick that are stored, in their order.
+struct KeptSamples {
+  std::array<std::int16_t, kFieldSamples> values;
+  std::size_t count = 0;
+
+  KeptSamples(const FieldTree& tree, std::size_t brick, const octree::Slices& slices)
+      : count(kFieldSlice * slices.count) {
+    const std::int16_t* const samples = tree.scaled.data() + brick * kFieldSamples;
+    for (std::uint32_t n = 0; n < count; ++n) values[n] = samples[sample_of(slices, n)];
+  }
+  [[nodiscard]] std::span<const std::int16_t> span() const { return std::span(values).first(count); }
+};
+
+// For each brick the first one that is stored as the same bytes.
+std::vector<std::uint32_t> equal_bricks(const FieldTree& tree, const std::vector<octree::Slices>& slices) {
+  std::vector<std::uint64_t> hashes(tree.bricks);
+  tbb::parallel_for(std::size_t{0}, tree.bricks, [&](std::size_t brick) {
+    hashes[brick] = hash_bytes(std::as_bytes(KeptSamples(tree, brick, slices[brick]).span()));
+  });
+  std::vector<std::uint32_t> equal(tree.bricks);
+  std::unordered_map<std::uint64_t, std::uint32_t> first;
+  for (std::uint32_t brick = 0; brick < tree.bricks; ++brick) {
+    const std::uint32_t other = first.try_emplace(hashes[brick], brick).first->second;
+    const bool is_equal = std::ranges::equal(KeptSamples(tree, brick, slices[brick]).span(),
+                                             KeptSamples(tree, other, slices[other]).span());
+    equal[brick] = is_equal ? other : brick;
+  }
+  return equal;
+}
+
 }  // namespace
 
 TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form) {
@@ -155,7 +188,16 @@ TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form) {
   out.bricks.resize(tree.bricks);
   tbb::parallel_for(std::size_t{0}, tree.bricks, [&](std::size_t brick) { out.bricks[brick] = trimmer.trim(brick); });
   out.first.resize(tree.bricks);
-  for (std::size_t brick = 0; brick < tree.bricks; ++brick) {
+  // Values of Field::real are hardly ever equal.
+  const bool is_scaled_only = tree.penetration.empty();
+  const std::vector<std::uint32_t> equal =
+      is_scaled_only ? equal_bricks(tree, out.bricks) : std::vector<std::uint32_t>();
+  for (std::uint32_t brick = 0; brick < tree.bricks; ++brick) {
+    if (is_scaled_only && equal[brick] != brick) {
+      out.first[brick] = out.first[equal[brick]];
+      continue;
+    }
+    out.kept.push_back(brick);
     out.first[brick] = static_cast<std::uint32_t>(out.slices);
     out.slices += out.bricks[brick].count;
   }

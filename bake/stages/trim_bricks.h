@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Leaves out slices of field bricks that lie beyond the band. Internal to bake.
+/// @file Leaves out slices of field bricks that lie beyond the band, and stores equal bricks once. Internal to bake.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -25,6 +25,7 @@ struct TrimmedTree {
   std::vector<std::uint32_t> roots, nodes;
   std::vector<octree::Slices> bricks;  ///< what is stored of each brick of the tree
   std::vector<std::uint32_t> first;    ///< number of each brick's first slice
+  std::vector<std::uint32_t> kept;     ///< bricks that are stored: others have the slices of one of these
   std::size_t slices = 0;              ///< f
 
   /// @param values  of the whole bricks, [b,125,n] with `parts` n
@@ -32,11 +33,12 @@ struct TrimmedTree {
   template <class Stored, class Value>
   [[nodiscard]] UnsetVector<Stored> stored(const UnsetVector<Value>& values, std::size_t parts = 1) const {
     UnsetVector<Stored> out(slices * kFieldSlice * parts);
-    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t brick) {
-      const octree::Slices& kept = bricks[brick];
+    tbb::parallel_for(std::size_t{0}, kept.size(), [&](std::size_t i) {
+      const std::size_t brick = kept[i];
+      const octree::Slices& slices_here = bricks[brick];
       Stored* to = out.data() + first[brick] * kFieldSlice * parts;
-      for (std::uint32_t n = 0; n < kFieldSlice * kept.count; ++n) {
-        const std::size_t from = (brick * kFieldSamples + sample_of(kept, n)) * parts;
+      for (std::uint32_t n = 0; n < kFieldSlice * slices_here.count; ++n) {
+        const std::size_t from = (brick * kFieldSamples + sample_of(slices_here, n)) * parts;
         for (std::size_t part = 0; part < parts; ++part) *to++ = static_cast<Stored>(values[from + part]);
       }
     });
@@ -44,7 +46,9 @@ struct TrimmedTree {
   }
 };
 
-/// Leaves out as many slices as possible at one end of each brick. Samples of cells to which no entry leads may change.
+/// Leaves out as many slices as possible at one end of each brick. Bricks with the same samples share their slices, as
+/// along faces that are level in the grid: queries find out sooner that such a face is flat. Samples of cells to which
+/// no entry leads may change.
 [[nodiscard]] TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form);
 
 }  // namespace vps::bake

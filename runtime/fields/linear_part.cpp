@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Where a sampled field is linear: the samples of every cell of interpolation that a flat polygon meets are looked at.
-// Where it shows no surface above a plane: those of every brick there.
+// Where it shows no surface above a plane: those of every brick there. Bricks that share their samples, as below a
+// polygon that is level in the grid, are looked at once.
 #include "runtime/fields/linear_part.h"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "runtime/fields/linear_brick.h"
 
@@ -27,8 +29,9 @@ struct FlatPolygon {
   float slope[3];
   float tolerance = 0;  // of V. [m]
   bool is_above = false;
-  float floor = 0;   // V that is low enough above the plane, however high. [m]
-  int halvings = 0;  // of cells of which only a part may count
+  bool is_level = false;  // the normal is an axis of the grid
+  float floor = 0;        // V that is low enough above the plane, however high. [m]
+  int halvings = 0;       // of cells of which only a part may count
 
   [[nodiscard]] float height(const float (&p)[3]) const {
     return normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset;
@@ -55,10 +58,11 @@ class SampleCheck {
     std::uint32_t root[3];
     for (root[2] = first[2]; root[2] <= last[2]; ++root[2]) {
       for (root[1] = first[1]; root[1] <= last[1]; ++root[1]) {
-        for (root[0] = first[0]; root[0] <= last[0]; ++root[0]) {
+        const auto [begin, end] = met_in_row(root, first[0], last[0]);
+        for (root[0] = begin; root[0] < end; ++root[0]) {
           const std::size_t at = (std::size_t{root[2]} * map_.root_dims[1] + root[1]) * map_.root_dims[0] + root[0];
           const std::uint32_t low[3] = {kRootCells * root[0], kRootCells * root[1], kRootCells * root[2]};
-          if (!check(octree::root_entry(map_.field_roots[at]), low, kRootCells)) return false;
+          if (!check_root(octree::root_entry(map_.field_roots[at]), low)) return false;
         }
       }
     }
@@ -66,6 +70,57 @@ class SampleCheck {
   }
 
  private:
+  // The roots of a row along x that the sheet may meet: the first one, and the end.
+  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> met_in_row(const std::uint32_t (&root)[3], std::uint32_t first,
+                                                                   std::uint32_t last) const {
+    constexpr float kHalf = 0.5F * kRootCells;
+    constexpr float kSteep = 0.1F;
+    const float climb = kRootCells * sheet_.normal[0];  // from root to root
+    if (std::abs(climb) < kSteep) return {first, last + 1};
+    const float middle[3] = {kHalf, kHalf + static_cast<float>(kRootCells * root[1]),
+                             kHalf + static_cast<float>(kRootCells * root[2])};
+    const float height = sheet_.height(middle);  // over the row's first root
+    const float reach = 1.01F * sheet_.reach(kHalf);
+    const float low = (-reach - height) / climb;
+    const float high =
+        sheet_.is_above ? std::copysign(std::numeric_limits<float>::max(), climb) : (reach - height) / climb;
+    const auto least = std::max(static_cast<float>(first), std::floor(std::min(low, high)));
+    const auto most = std::min(static_cast<float>(last), std::ceil(std::max(low, high)));
+    if (!(least <= most)) return {first, first};
+    return {static_cast<std::uint32_t>(least), static_cast<std::uint32_t>(most) + 1};
+  }
+  // A root with the bricks of one that passed, as high above the polygon, passes too.
+  bool check_root(std::uint32_t entry, const std::uint32_t (&low)[3]) {
+    if (!sheet_.is_level || !octree::is_node(entry)) return check(entry, low, kRootCells);
+    const float from[3] = {static_cast<float>(low[0]), static_cast<float>(low[1]), static_cast<float>(low[2])};
+    const std::uint32_t* const octants = map_.field_nodes + 8 * std::size_t{octree::node_of(entry)};
+    const float wanted = linear_at(from);
+    const float height = sheet_.height(from);
+    if (passed_ != nullptr && wanted == passed_wanted_ && height == passed_height_ &&
+        std::equal(octants, octants + 8, passed_)) {
+      return true;
+    }
+    if (!check(entry, low, kRootCells)) return false;
+    if (!is_amid(from)) return true;
+    passed_ = octants;
+    passed_wanted_ = wanted;
+    passed_height_ = height;
+    return true;
+  }
+  // Whether all of a root counts, but for what lies above or below.
+  [[nodiscard]] bool is_amid(const float (&low)[3]) const {
+    constexpr float kRoot = kRootCells;
+    float squared = 0;  // of the way from the ball's centre to the root's farthest corner
+    for (int axis = 0; axis < 3; ++axis) {
+      const float far = std::max(low[axis] + kRoot - sheet_.centre[axis], sheet_.centre[axis] - low[axis]);
+      squared += far * far;
+      if (sheet_.normal[axis] == 0 && (low[axis] < sheet_.low[axis] || low[axis] + kRoot > sheet_.high[axis])) {
+        return false;
+      }
+    }
+    return squared <= sheet_.radius * sheet_.radius;
+  }
+
   bool check(std::uint32_t entry, const std::uint32_t (&low)[3], std::uint32_t edge) {
     float from[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -206,6 +261,8 @@ class SampleCheck {
   const VoxelmapView& map_;
   const FlatPolygon& sheet_;
   std::uint32_t left_;                                  // tests of points that may be spent
+  const std::uint32_t* passed_ = nullptr;               // octants of a root
+  float passed_wanted_ = 0, passed_height_ = 0;         // at its lowest corner
   BrickTest tests_[kCoarsestLevel - kFinestLevel + 1];  // by level
 };
 
@@ -251,6 +308,21 @@ FlatPolygon polygon_at(const VoxelmapView& map, const LinearPart& part, Vec3 nor
   }
   sheet.tolerance = tolerance;
   return sheet;
+}
+
+// Makes a polygon that is nearly level in the grid a level one, thick enough to hold it.
+void make_level(FlatPolygon& sheet) noexcept {
+  constexpr float kLevel_vx = 0.25F;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float half = 0.5F * (sheet.high[axis] - sheet.low[axis]);
+    if (!(half <= kLevel_vx) || !(std::abs(sheet.normal[axis]) > 0.9F)) continue;
+    std::fill_n(sheet.normal, 3, 0.0F);
+    sheet.normal[axis] = 1;
+    sheet.offset = sheet.low[axis] + half;
+    sheet.thickness += half;
+    sheet.is_level = true;
+    return;
+  }
 }
 
 }  // namespace
@@ -299,6 +371,7 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
     }
   }
   sheet.thickness = 4 * tolerance / map.voxel_size;  // the places are not quite in a plane
+  make_level(sheet);
   for (int axis = 0; axis < 3; ++axis) {
     sheet.low[axis] -= sheet.thickness;
     sheet.high[axis] += sheet.thickness;
@@ -335,6 +408,7 @@ std::optional<PlaneInBall> plane_in_ball(const VoxelmapView& map, const HalfSpac
   slab.offset += 0.5F * kBeside_vx;
   slab.thickness = 0.5F * kBeside_vx;
   slab.halvings = 2;  // corners of cells can be far from the plane, near an edge
+  slab.is_level = std::count(slab.normal, slab.normal + 3, 0.0F) == 2;
   FlatPolygon above = slab;
   const std::array<float, 3> mesh_low = in_grid(map, {map.bounds_min[0], map.bounds_min[1], map.bounds_min[2]});
   const std::array<float, 3> mesh_high = in_grid(map, {map.bounds_max[0], map.bounds_max[1], map.bounds_max[2]});
@@ -346,6 +420,9 @@ std::optional<PlaneInBall> plane_in_ball(const VoxelmapView& map, const HalfSpac
     // All of the surface lies in the bounds of the mesh.
     above.low[axis] = std::max(middle[axis] - slab.radius, mesh_low[axis]);
     above.high[axis] = std::min(middle[axis] + slab.radius, mesh_high[axis]);
+    // Nothing below a level plane counts.
+    if (slab.is_level && slab.normal[axis] > 0) above.low[axis] = std::max(above.low[axis], foot - kBeside_vx);
+    if (slab.is_level && slab.normal[axis] < 0) above.high[axis] = std::min(above.high[axis], foot + kBeside_vx);
     if (!(above.low[axis] <= above.high[axis])) return {};
   }
   above.is_above = true;

@@ -12,22 +12,24 @@
 namespace vps::test {
 
 /// Calls visit(sample's number, its position, its brick's level) once for every stored sample of every field brick.
+/// Equal bricks share samples: each has its own positions.
 /// @param voxel_size  from AssetInfo, as the view holds it only as float
 template <class Visit>
 void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
-  std::set<std::uint32_t> seen;
+  std::set<std::array<double, 4>> seen;
   const auto visit_brick = [&](std::uint32_t entry, const std::array<double, 3>& low) {
-    if (!seen.insert(octree::slice_of(entry)).second) return;
     const int level = octree::level_of(entry);
     const double step = std::ldexp(1.0, level);
     const double edge = step * (kFieldEdge - 1);
+    const auto brick = [&](std::size_t axis) { return std::floor(low[axis] / edge); };
+    if (!seen.insert({double(entry), brick(0), brick(1), brick(2)}).second) return;
     const octree::Slices slices = octree::slices_of(entry);
     for (std::uint32_t n = 0; n < kFieldSlice * slices.count; ++n) {
       std::uint32_t at[3] = {n % kFieldEdge, n / kFieldEdge % kFieldEdge, slices.first + n / kFieldSlice};
       std::swap(at[slices.axis], at[2]);
       std::array<double, 3> place;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double cells = std::floor(low[axis] / edge) * edge + at[axis] * step;
+        const double cells = brick(axis) * edge + at[axis] * step;
         place[axis] = map.origin[axis] + voxel_size * (cells + 0.5);
       }
       visit(std::size_t{octree::slice_of(entry)} * kFieldSlice + n, place, level);

@@ -142,8 +142,8 @@ TEST(BoundingSpheres, OnePointAndCoincidentPointsHaveNoRadius) {
 
 TEST(BoundingSpheres, EveryNodeContainsAllPointsBelowIt) {
   const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.006);
-  const Pointshell shell = sample_pointshell(scene.surface, find_corners(scene.surface), scene.grid, scene.voxels,
-                                             scene.runs, scene.field, 0.0085, 1);
+  const Pointshell shell = sample_pointshell(scene.surface, find_corners(scene.surface, scene.grid.voxel_size),
+                                             scene.grid, scene.voxels, scene.runs, scene.field, 0.0085, 1);
   const PointTree tree = cluster_points(shell.positions, shell.faces, scene.surface.area, 4);
   AssetInfo info;
   info.bounds_min = to_array(scene.surface.bounds_min);

@@ -99,6 +99,22 @@ TEST(Corners, AreNeitherRoundNorBluntNorConcave) {
   EXPECT_EQ(corners_in(step, 0.001).size(), 10U);
 }
 
+TEST(Corners, MayBeRoundedOffByLessThanTwoVoxels) {
+  for (const double radius : {0.0003, 0.001}) {
+    const std::vector<Vec3> corners = corners_in(make_rounded_cube(0.02, radius), 0.001);
+    EXPECT_EQ(corners.size(), 8U);
+    const double tip = 0.02 - radius + radius / std::sqrt(3.0);
+    for (const Vec3 p : corners) {
+      for (const float x : {p.x, p.y, p.z}) EXPECT_NEAR(std::abs(x), tip, 0.3 * radius);
+    }
+  }
+  // More than one place shows how round it is.
+  const std::size_t on_larger = corners_in(make_rounded_cube(0.02, 0.0019), 0.001).size();
+  EXPECT_GE(on_larger, 8U);
+  EXPECT_LE(on_larger, 32U);
+  EXPECT_TRUE(corners_in(make_rounded_cube(0.02, 0.005), 0.001).empty());
+}
+
 TEST(Corners, OfManyTheSharpestAreKept) {
   // Rows of spikes, the first one of blunter ones.
   TriangleMesh mesh;

@@ -29,8 +29,8 @@ struct Shell {
   double flat = 0;
 
   explicit Shell(const TriangleMesh& mesh) : scene(mesh, kVoxel) {
-    shell = sample_pointshell(scene.surface, find_corners(scene.surface), scene.grid, scene.voxels, scene.runs,
-                              scene.field, 1.4 * kVoxel, 1);
+    shell = sample_pointshell(scene.surface, find_corners(scene.surface, scene.grid.voxel_size), scene.grid,
+                              scene.voxels, scene.runs, scene.field, 1.4 * kVoxel, 1);
     tree = cluster_points(shell.positions, shell.faces, scene.surface.area, kBranching);
     AssetInfo info;
     for (std::size_t axis = 0; axis < 3; ++axis) {

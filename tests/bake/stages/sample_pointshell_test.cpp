@@ -16,8 +16,8 @@ using namespace bake;
 namespace {
 
 Pointshell sample(const Scene& scene, double alpha = std::sqrt(2.0), double thin = 1) {
-  return sample_pointshell(scene.surface, find_corners(scene.surface), scene.grid, scene.voxels, scene.runs,
-                           scene.field, alpha * scene.grid.voxel_size, thin);
+  return sample_pointshell(scene.surface, find_corners(scene.surface, scene.grid.voxel_size), scene.grid, scene.voxels,
+                           scene.runs, scene.field, alpha * scene.grid.voxel_size, thin);
 }
 
 double nearest(const Pointshell& shell, const Vector& p) {
@@ -141,8 +141,8 @@ TEST(SamplePointshell, NormalsAreThoseThatTheAssetHolds) {
 TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
   const auto shell_of = [](const TriangleMesh& mesh, double s) {
     const Scene scene(mesh, s);
-    return sample_pointshell(scene.surface, find_corners(scene.surface), scene.grid, scene.voxels, scene.runs,
-                             scene.field, 1.5 * s, 1);
+    return sample_pointshell(scene.surface, find_corners(scene.surface, scene.grid.voxel_size), scene.grid,
+                             scene.voxels, scene.runs, scene.field, 1.5 * s, 1);
   };
   const Pointshell smooth = shell_of(make_sphere(0.1, 4), 0.004);
   EXPECT_GT(smooth.normal_error_mean, 0);

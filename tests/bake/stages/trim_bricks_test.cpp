@@ -23,8 +23,8 @@ SampleForm form(bool real) {
   return {.real = real, .lambda = kBand / 127, .limit = 127, .band_inner = kBand, .band_outer = kBand};
 }
 
-FieldTree sampled(bool real) {
-  const Scene scene(make_torus(0.05, 0.017, 24, 12), kVoxel, 3.5);
+FieldTree sampled(bool real, const TriangleMesh& mesh = make_torus(0.05, 0.017, 24, 12)) {
+  const Scene scene(mesh, kVoxel, 3.5);
   const InsideTest inside(scene.surface, scene.grid);
   return sample_field(scene.surface, scene.grid, scene.runs, scene.field, inside, {0.1 * kVoxel, kBand, kBand},
                       form(real));
@@ -113,12 +113,31 @@ TEST(TrimBricks, SlicesAreLeftOutAtBothEndsOfEveryAxis) {
   EXPECT_LT(static_cast<double>(trimmed.slices), 0.92 * kFieldEdge * static_cast<double>(tree.bricks));
   std::set<std::uint32_t> ends;
   std::size_t slices = 0;
-  for (const octree::Slices& brick : trimmed.bricks) {
+  for (const std::uint32_t number : trimmed.kept) {
+    const octree::Slices& brick = trimmed.bricks[number];
     slices += brick.count;
     if (brick.count < kFieldEdge) ends.insert(2 * brick.axis + (brick.first > 0 ? 1 : 0));
   }
   EXPECT_EQ(ends.size(), 6U);
   EXPECT_EQ(slices, trimmed.slices);
+}
+
+TEST(TrimBricks, FacesThatAreLevelInTheGridShareTheirSamples) {
+  const TriangleMesh slab = make_box({0.15, 0.15, 0.02});
+  const FieldTree tree = sampled(false, slab);
+  const TrimmedTree trimmed = trim_bricks(tree, form(false));
+  EXPECT_LT(8 * trimmed.kept.size(), tree.bricks);
+  const UnsetVector<std::int16_t> scaled = trimmed.stored<std::int16_t>(tree.scaled);
+  ASSERT_EQ(scaled.size(), kFieldSlice * trimmed.slices);
+  for_each_cell(tree, trimmed, [&](int, const Numbers& whole, const Numbers& kept) {
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      const int v = tree.scaled.at(whole[corner]);
+      if (std::abs(v) >= 64) continue;  // beyond the band
+      ASSERT_EQ(scaled.at(kept[corner]), v);
+    }
+  });
+  const FieldTree exact = sampled(true, slab);
+  EXPECT_EQ(trim_bricks(exact, form(true)).kept.size(), exact.bricks);
 }
 
 }  // namespace

@@ -12,18 +12,24 @@
 #include "cli/lab/ours.h"
 #include "formats/mesh/mesh_import.h"
 #include "sample_meshes/shapes.h"
+#include "tests/support/poses.h"
 
 namespace vps::bench {
 namespace {
 
 constexpr std::array<double, 3> kPlateHalf = {0.05, 0.05, 0.004};  // [m]
 constexpr std::array<double, 3> kSlabHalf = {0.08, 0.08, 0.01};    // [m]
+constexpr double kOblique = 0.4;                                   // [rad]
 constexpr double kFirstVoxel = 0.005;                              // [m]
 constexpr std::size_t kPoses = 64;
 
 // Points are 1.4 voxels apart or more, and fill a face to four fifths along each axis.
 double plate_voxel(double points) {
   return 2 * kPlateHalf[0] * 0.8 / std::sqrt(2 * points);
+}
+
+btTransform at_height(double z) {
+  return btTransform(btQuaternion::getIdentity(), {0, 0, btScalar(z)});
 }
 
 // The least distance in [0, most] from which on `is_apart` holds, to a hundred-thousandth.
@@ -64,8 +70,9 @@ ShapePtr Bodies::plate(double points) {
   return get(fmt::format("plate {}", points), samples::make_box(kPlateHalf), plate_voxel(points), true);
 }
 
-ShapePtr Bodies::slab(double points) {
-  return get(fmt::format("slab {}", points), samples::make_box(kSlabHalf), 2 * plate_voxel(points), false);
+ShapePtr Bodies::slab(double points, double turn) {
+  return get(fmt::format("slab {} {}", points, turn),
+             test::moved(test::turned_about_y(turn), samples::make_box(kSlabHalf)), 2 * plate_voxel(points), false);
 }
 
 double voxel_of(const bullet::Shape& shape) {
@@ -100,7 +107,7 @@ QueryResult ask(const bullet::Shape& shape, FieldRef field, const Pose& pose, do
 }
 
 Ground box_ground() {
-  return {"box", std::make_shared<btBoxShape>(btVector3(1, 1, btScalar(0.1))), {0, 0, btScalar(-0.1)}};
+  return {"box", std::make_shared<btBoxShape>(btVector3(1, 1, btScalar(0.1))), at_height(-0.1)};
 }
 
 // The same box as a hull, rounded by Bullet's default margin.
@@ -108,14 +115,16 @@ Ground hull_ground() {
   auto hull = std::make_shared<btConvexHullShape>();
   for (int i = 0; i < 8; ++i)
     hull->addPoint({btScalar(i & 1 ? 1 : -1), btScalar(i & 2 ? 1 : -1), btScalar(i & 4 ? 0 : -1)});
-  return {"hull", hull, {0, 0, -hull->getMargin()}};
+  return {"hull", hull, at_height(-double(hull->getMargin()))};
 }
 
 std::vector<Ground> grounds_of(Bodies& bodies, double points) {
   return {box_ground(),
           hull_ground(),
           {"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
-          {"baked slab", bodies.slab(points), {0, 0, btScalar(-kSlabHalf[2])}}};
+          {"baked slab", bodies.slab(points), at_height(-kSlabHalf[2])},
+          {"oblique slab", bodies.slab(points, kOblique),
+           btTransform(btQuaternion({0, 1, 0}, btScalar(-kOblique)), {0, 0, btScalar(-kSlabHalf[2])})}};
 }
 
 btTransform standing(const bullet::Shape& shape) {

@@ -26,7 +26,8 @@ class Bodies {
   /// 100 x 100 x 8 mm, with about this many points on its face.
   ShapePtr plate(double points);
   /// Under that plate, 160 x 160 x 20 mm, with voxels twice as large.
-  ShapePtr slab(double points);
+  /// @param turn  about y, of the slab in its grid. [rad]
+  ShapePtr slab(double points, double turn = 0);
 
  private:
   [[nodiscard]] std::shared_ptr<const Asset> bake(const TriangleMesh& mesh, double voxel, bool pointshell) const;
@@ -50,10 +51,10 @@ QueryResult ask(const bullet::Shape& shape, FieldRef field, const Pose& pose, do
 struct Ground {
   std::string name;
   std::shared_ptr<btCollisionShape> shape;
-  btVector3 at{0, 0, 0};
+  btTransform at = btTransform::getIdentity();
 };
 [[nodiscard]] Ground box_ground();
-/// Bullet's box, a plane, and the slab under the plate with these points.
+/// Bullet's box and hull, a plane, and slabs under the plate with these points: level in the grid, and oblique.
 [[nodiscard]] std::vector<Ground> grounds_of(Bodies& bodies, double points);
 
 /// On z = 0, the mesh's y axis up.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tests/runtime/bullet/world.h"
 
@@ -30,6 +31,13 @@ const std::shared_ptr<Asset>& cornered_spike() {
   return asset;
 }
 
+const std::shared_ptr<Asset>& rounded_cube(double radius_vx) {
+  static std::map<double, std::shared_ptr<Asset>> assets;
+  std::shared_ptr<Asset>& asset = assets[radius_vx];
+  if (!asset) asset = baked_at(make_rounded_cube(0.03, radius_vx * kCornersVoxel), kCornersVoxel);
+  return asset;
+}
+
 // Both have a corner at (1, 1, 1). @return a rotation that nearly takes it down
 btQuaternion corner_down(btScalar yaw) {
   const btVector3 corner = btVector3(1, 1, 1).normalized();
@@ -44,22 +52,24 @@ struct Landing {
 };
 
 // Falls at 1 m/s without friction; 0.1 s.
+// @param radius  of the falling body's corner
 Landing land(const std::shared_ptr<Asset>& falling, const std::shared_ptr<Asset>& ground, double top, btScalar yaw,
-             double rate) {
+             double rate, double radius = 0) {
   World scene(kCornersVoxel);
   bullet::Shape above(falling);
   bullet::Shape below(ground);
   scene.add(below, 0, btVector3(0, 0, 0)).setFriction(0);
   const btQuaternion turn = corner_down(yaw);
-  const btVector3 corner = quatRotate(turn, btVector3(1, 1, 1) * btScalar(0.03) - above.centre_of_mass());
-  btRigidBody& body = scene.add(above, 1, btTransform(turn, {0, 0, btScalar(top + 0.002) - corner.z()}));
+  const btVector3 middle =
+      btVector3(1, 1, 1) * btScalar(0.03 - radius) - above.centre_of_mass();  // of the corner's ball
+  const btScalar drop = btScalar(top + radius + 0.002) - quatRotate(turn, middle).z();
+  btRigidBody& body = scene.add(above, 1, btTransform(turn, {0, 0, drop}));
   body.setFriction(0);
   body.setLinearVelocity({0, 0, -1});
   Landing landing;
   for (int i = 0; i < int(0.1 * rate); ++i) {
     scene.step(1, btScalar(1 / rate));
-    const btVector3 at = body.getWorldTransform() * (btVector3(1, 1, 1) * btScalar(0.03) - above.centre_of_mass());
-    landing.deepest = std::max(landing.deepest, top - double(at.z()));
+    landing.deepest = std::max(landing.deepest, top + radius - double((body.getWorldTransform() * middle).z()));
   }
   const btVector3 v = body.getLinearVelocity();
   landing.sideways = std::hypot(double(v.x()), double(v.y()));
@@ -76,6 +86,22 @@ TEST(Corners, FallOnFacesOfBodiesThatGiveTheirPoints) {
       const Landing of_spike = land(cornered_spike(), cornered_slab(), 0.015, yaw, rate);
       EXPECT_LT(of_spike.deepest, 0.25 * kCornersVoxel) << rate << " Hz, yaw " << yaw;
       EXPECT_LT(of_spike.sideways, 0.03) << rate << " Hz, yaw " << yaw;
+    }
+  }
+}
+
+// They went 0.5 to 4 voxels deep.
+TEST(Corners, MayBeRounded) {
+  for (const double radius_vx : {0.25, 0.75, 1.5}) {
+    const double radius = radius_vx * kCornersVoxel;
+    for (const double rate : {240.0, 1000.0}) {
+      for (const btScalar yaw : {btScalar(1), btScalar(2)}) {
+        const auto& cube = rounded_cube(radius_vx);
+        EXPECT_LT(land(cube, cube, 0.03, yaw, rate, radius).deepest, 0.35 * kCornersVoxel)
+            << "radius of " << radius_vx << " voxels, " << rate << " Hz, yaw " << yaw;
+        EXPECT_LT(land(cube, cornered_slab(), 0.015, yaw, rate, radius).deepest, 0.35 * kCornersVoxel)
+            << "radius of " << radius_vx << " voxels, " << rate << " Hz, yaw " << yaw;
+      }
     }
   }
 }
