@@ -73,14 +73,14 @@ class SampleCheck {
   // The roots of a row along x that the sheet may meet: the first one, and the end.
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> met_in_row(const std::uint32_t (&root)[3], std::uint32_t first,
                                                                    std::uint32_t last) const {
-    constexpr float kHalf = 0.5F * kRootCells;
-    constexpr float kSteep = 0.1F;
+    constexpr float kHalfRoot = 0.5F * kRootCells;
+    constexpr float kClimbs = 0.1F;
     const float climb = kRootCells * sheet_.normal[0];  // from root to root
-    if (std::abs(climb) < kSteep) return {first, last + 1};
-    const float middle[3] = {kHalf, kHalf + static_cast<float>(kRootCells * root[1]),
-                             kHalf + static_cast<float>(kRootCells * root[2])};
+    if (std::abs(climb) < kClimbs) return {first, last + 1};
+    const float middle[3] = {kHalfRoot, kHalfRoot + static_cast<float>(kRootCells * root[1]),
+                             kHalfRoot + static_cast<float>(kRootCells * root[2])};
     const float height = sheet_.height(middle);  // over the row's first root
-    const float reach = 1.01F * sheet_.reach(kHalf);
+    const float reach = 1.01F * sheet_.reach(kHalfRoot);
     const float low = (-reach - height) / climb;
     const float high =
         sheet_.is_above ? std::copysign(std::numeric_limits<float>::max(), climb) : (reach - height) / climb;
@@ -342,6 +342,43 @@ LinearPart linear_part(const VoxelmapView& map, Vec3 place, float v) noexcept {
     return mix(mix(at(0, 0), at(1, 0), cell.part[a]), mix(at(0, 1), at(1, 1), cell.part[a]), cell.part[b]) / cell.edge;
   };
   return {place, {slope(0), slope(1), slope(2)}, v};
+}
+
+float rounding_of(const VoxelmapView& map) noexcept {
+  return map.field == Field::scaled ? map.lambda : 0;  // half a step in the coarsest bricks
+}
+
+LinearPart fit_linear(const VoxelmapView&, const LinearPart& part, std::span<const Vec3> places,
+                      std::span<const float> v, float unit) noexcept {
+  const Vec3 normal = normal_of(places);
+  if (!(dot(normal, normal) > 0)) return part;
+  const auto count = static_cast<float>(places.size());
+  Vec3 middle;
+  float mean = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    middle = middle + (1 / count) * places[i];
+    mean += v[i] / count;
+  }
+  const Vec3 aside = cross(std::abs(normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, normal);
+  const Vec3 along = (1 / length(aside)) * aside;
+  const Vec3 across = cross(normal, along);
+  float aa = 0, ab = 0, bb = 0, av = 0, bv = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const float a = dot(along, places[i] - middle);
+    const float b = dot(across, places[i] - middle);
+    aa += a * a;
+    ab += a * b;
+    bb += b * b;
+    av += a * (v[i] - mean);
+    bv += b * (v[i] - mean);
+  }
+  const float determinant = aa * bb - ab * ab;
+  constexpr float kOnLine = 1e-4F;  // of the places, where they are nearly on a line
+  if (!(determinant > kOnLine * (aa + bb) * (aa + bb))) return part;
+  const float by = unit / determinant;
+  const Vec3 slope = by * (av * bb - bv * ab) * along + by * (bv * aa - av * ab) * across;
+  const float rise = std::sqrt(std::max(1 - dot(slope, slope), 0.0F));
+  return {middle, slope + (dot(part.slope, normal) < 0 ? -rise : rise) * normal, unit * mean};
 }
 
 bool is_linear_between(const PolytopeField& solid, const LinearPart& part, std::span<const Vec3> places,

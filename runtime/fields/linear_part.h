@@ -25,6 +25,26 @@ LinearPart linear_part(const Analytic& field, Vec3 place, float v) noexcept {
 }
 LinearPart linear_part(const VoxelmapView& map, Vec3 place, float v) noexcept;
 
+/// V's rounding at the samples. [m]
+template <class Analytic>
+float rounding_of(const Analytic&) noexcept {
+  return 0;
+}
+float rounding_of(const VoxelmapView& map) noexcept;
+
+/// The linear function nearest to V at places in a plane, which slopes as a distance does. Samples are rounded, so that
+/// the slope between two is off by too much for a large face.
+/// @param part  near one of the places
+/// @param v     at the places. [unit]
+/// @param unit  [m]
+template <class Analytic>
+LinearPart fit_linear(const Analytic&, const LinearPart& part, std::span<const Vec3>, std::span<const float>,
+                      float) noexcept {
+  return part;
+}
+LinearPart fit_linear(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places,
+                      std::span<const float> v, float unit) noexcept;
+
 /// Whether V differs from a linear function by no more than `tolerance` in the convex hull of some places, if it does
 /// so at these places. V of a convex body does.
 template <class Analytic>

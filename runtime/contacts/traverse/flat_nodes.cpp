@@ -15,6 +15,7 @@ namespace {
 enum class Answer : std::uint8_t {
   given,   // by the node's corners or patch, which stand for all points below
   none,    // no point below is a hit
+  far,     // ask the spheres below
   unknown  // ask the node's children
 };
 
@@ -24,7 +25,7 @@ class FlatNodes {
       : query_(query),
         d_(query.descent),
         shell_(query.shell),
-        tolerance_(static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius),
+        tolerance_(tolerance_of(query)),
         limit_(query.options.contact_distance / query.descent.unit),
         gives_(query.flat_nodes_give) {}
 
@@ -82,6 +83,13 @@ class FlatNodes {
  private:
   static constexpr std::uint32_t kMostCorners = 64;
   static constexpr float kBeside = 4;  // V may be bent, and points may lie beside the hull. [tolerances]
+
+  static float tolerance_of(const TraverseQuery& query) noexcept {
+    const float of_hull = static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius;
+    if (query.flat_nodes_give == FlatNodesGive::patches) return of_hull;  // sums of all points are that close
+    // V itself is rounded, and by as much at a corner of the hull.
+    return query.facts.values.visit([&](const auto& field) { return std::max(of_hull, 2 * rounding_of(field)); });
+  }
 
   // 0: the node's children are asked. A forged asset must not give more hits than there are points.
   [[nodiscard]] std::uint32_t corners_of(std::uint32_t node) const noexcept {
@@ -157,6 +165,15 @@ class FlatNodes {
   [[nodiscard]] float bound_by_box(const Field&) const noexcept {
     return std::numeric_limits<float>::max();
   }
+  // Beyond the band V is not linear, and small spheres are apart.
+  [[nodiscard]] bool is_in_band(const VoxelmapView& map, float v) const noexcept {
+    return d_.unit * v > -end_of_band(map.band_outer, map.voxel_size);
+  }
+  template <class Field>
+  [[nodiscard]] bool is_in_band(const Field&, float) const noexcept {
+    return true;
+  }
+
   Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
     const auto ends = std::minmax_element(v.begin(), v.end());
     const float shallowest = *ends.first;
@@ -167,8 +184,13 @@ class FlatNodes {
         d_.rejected = std::max(d_.rejected, box);
         return Answer::none;
       }
-      const LinearPart part = linear_part(field, places_[at], d_.unit * deepest);
-      if (!is_linear(field, part, v)) return Answer::unknown;
+      if (!is_in_band(field, deepest)) return Answer::far;
+      if (!is_in_band(field, shallowest)) return Answer::unknown;
+      LinearPart part = linear_part(field, places_[at], d_.unit * deepest);
+      if (!fits(part, v)) part = fit_linear(field, part, {places_.data(), count_}, v, d_.unit);
+      if (!fits(part, v) || !is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_tests_)) {
+        return Answer::unknown;
+      }
       const float beside = kBeside * tolerance_ / d_.unit;
       const float most = deepest + beside;
       const bool apart = is_apart(most, [&](std::size_t i) { return v[i] + beside; });
@@ -182,12 +204,11 @@ class FlatNodes {
     });
   }
 
-  template <class Field>
-  [[nodiscard]] bool is_linear(const Field& field, const LinearPart& part, std::span<const float> v) const noexcept {
+  [[nodiscard]] bool fits(const LinearPart& part, std::span<const float> v) const noexcept {
     for (std::uint32_t i = 0; i < count_; ++i) {
       if (!(std::abs(d_.unit * v[i] - part.at(places_[i])) <= tolerance_)) return false;
     }
-    return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_tests_);
+    return true;
   }
 
   // Writes the contacts of a node's patch. @return false without a patch, and where a force begins within the node
@@ -255,9 +276,10 @@ void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {
   for (std::uint32_t at = 0; at < count; ++at) {
     if (at == tested) tested += nodes.test({flats + at, count - at});
     const std::uint32_t node = flats[at];
-    if (nodes.answer(node) != Answer::unknown) continue;
+    const Answer answer = nodes.answer(node);
+    if (answer == Answer::given || answer == Answer::none) continue;
     const auto [first, last] = children_of(shell, node);
-    if (node >= leaves || first >= leaves) {
+    if (answer == Answer::far || node >= leaves || first >= leaves) {
       d.queue[tail++] = node;
       continue;
     }

@@ -12,6 +12,7 @@
 
 #include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/traverse/traverse_query.h"
+#include "runtime/fields/linear_part.h"
 #include "tests/support/baked.h"
 #include "tests/support/poses.h"
 #include "tests/support/random.h"
@@ -121,9 +122,13 @@ class Queries {
   explicit Queries(const Asset& asset) {
     EXPECT_EQ(asset.pointshell(shell), Status::ok);
     contacts.resize(shell.points);
-    // What docs/internals/bounds.md states for depths, and for places.
-    bent = 4 * static_cast<float>(kHullTolerance) * shell.covering_radius;
-    off = bent / 2 + 3 * shell.position_step;
+    // What docs/internals/bounds.md states for places.
+    off = 2 * tolerance() + 3 * shell.position_step;
+  }
+  // And for depths.
+  [[nodiscard]] float bent(FieldRef field) const {
+    const float rounding = field.visit([](const auto& kind) { return detail::rounding_of(kind); });
+    return 2 * tolerance() + 2 * std::max(tolerance(), 2 * rounding);
   }
   // Every point in contact.
   std::span<const Contact> all(FieldRef field, const Pose& pose, float distance) {
@@ -142,8 +147,10 @@ class Queries {
     return rows;
   }
 
+  [[nodiscard]] float tolerance() const { return static_cast<float>(kHullTolerance) * shell.covering_radius; }
+
   PointshellView shell;
-  float bent = 0, off = 0, most = 0;
+  float off = 0, most = 0;
   Scratch scratch, hit_scratch;
   std::vector<Contact> contacts;
 };

@@ -52,7 +52,7 @@ TEST(FlatNodes, TheirCornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
         deepest_hit = std::max(deepest_hit, rows.penetration[i]);
         places.push_back(place_of(rows, i));
       }
-      ASSERT_GE(deepest_hit, deepest - q.bent) << ground.name << n;
+      ASSERT_GE(deepest_hit, deepest - q.bent(ground.field)) << ground.name << n;
       ASSERT_GE(q.most, deepest - 1e-4 * kBodyVoxel) << ground.name << n;
       for (int k = 0; k < 30; ++k) {
         const double angle = k * 0.21;
@@ -121,13 +121,13 @@ TEST(FlatNodes, TheDeepestCornerAnswersForItsSegment) {
         found[q.contacts[i].node] = q.contacts[i].penetration;
       }
       // Where a hit begins, rounding decides.
-      const float rounding = q.bent + 1e-5F;
+      const float rounding = q.bent(ground.field) + 1e-5F;
       const auto least =
           deepest_of_segments(q, ground.field, pose, motion, options.segment_level, kTouching - rounding);
       const auto most = deepest_of_segments(q, ground.field, pose, motion, options.segment_level, kTouching + rounding);
       for (const auto& [node, v] : least) {
         ASSERT_TRUE(found.contains(node)) << ground.name << n;
-        ASSERT_GE(found[node], v - q.bent) << ground.name << n;
+        ASSERT_GE(found[node], v - q.bent(ground.field)) << ground.name << n;
       }
       for (const auto& [node, v] : found) {
         ASSERT_TRUE(most.contains(node)) << ground.name << n;
@@ -167,6 +167,31 @@ TEST(FlatNodes, ACacheChangesNothingWhileAFaceSlidesTipsAndLeaves) {
     }
   }
   EXPECT_GT(kept, 1000U);
+}
+
+// V of samples beside a face that is oblique in their grid is rounded up and down.
+TEST(FlatNodes, AFaceMayBeObliqueInTheMapsGrid) {
+  const Pose turn = turned_about_y(0.4);
+  const Pose back = relative_pose(turn, Pose());
+  const auto ground = Grounds::ground(moved(turn, make_box({0.12, 0.12, 0.02})), 2 * kBodyVoxel);
+  VoxelmapView map;
+  ASSERT_EQ(ground->voxelmap(map), Status::ok);
+  Queries q(*body());
+  Random random;
+  std::size_t hits = 0;
+  std::size_t contacts = 0;
+  for (int n = 0; n < 50; ++n) {
+    const Pose pose = relative_pose(back, flat_pose(random, 0.02, random.between(-0.0002, 0.001), 0));
+    const std::span<const Contact> all = q.all(map, pose, kTouching);
+    const detail::ContactRows rows = q.hits(map, pose, nullptr);
+    ASSERT_GT(rows.count, 0U) << n;
+    hits += rows.count;
+    contacts += all.size();
+    const auto less = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
+    const float deepest = std::max_element(all.begin(), all.end(), less)->penetration;
+    ASSERT_GE(*std::max_element(rows.penetration, rows.penetration + rows.count), deepest - q.bent(map)) << n;
+  }
+  EXPECT_LT(5 * hits, contacts);
 }
 
 // The body's upper face lies within the sphere of its node, and beyond the box around the ground.
