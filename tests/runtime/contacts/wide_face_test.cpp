@@ -157,6 +157,50 @@ TEST(WideFace, APlaneEndsWhereAHoleBegins) {
   for (const double beside : {-0.06, 0.05, 0.1}) EXPECT_TRUE(is_plane(0.05 + beside)) << beside;
 }
 
+// Two roots with the same bricks, whose surface is z = 8, but for a step at the lower end of x. Of the first root the
+// ball does not meet that end.
+bool is_plane_over_equal_roots(float step) {
+  constexpr float kLambda = 0.02F;
+  std::vector<std::int8_t> codes;
+  for (const float low : {0.0F, 8.0F}) {
+    for (const float off : {step, 0.0F}) {
+      for (std::uint32_t i = 0; i < kFieldSamples; ++i) {
+        const float z = low + 2 * static_cast<float>(i / kFieldSlice);
+        const float v = 8 - z - (i % kFieldEdge == 0 ? off : 0);
+        codes.push_back(static_cast<std::int8_t>(std::clamp(std::round(v / (2 * kLambda)), -127.0F, 127.0F)));
+      }
+    }
+  }
+  codes.resize(codes.size() + 64);
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t i = 0; i < 16; ++i) {
+    nodes.push_back(octree::brick_entry((i % 2 + 2 * (i / 4 % 2)) * kFieldEdge, kCoarsestLevel));
+  }
+  const std::uint32_t roots[] = {octree::node_entry(0), octree::node_entry(1)};
+  VoxelmapView map;
+  map.field = Field::scaled;
+  map.element = ElementType::i8;
+  map.values = codes.data();
+  map.voxel_size = 1;
+  map.lambda = map.error = kLambda;
+  map.band_inner = map.band_outer = 2.5F;
+  map.field_roots = roots;
+  map.field_nodes = nodes.data();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    map.dims[axis] = axis == 0 ? 32 : 16;
+    map.root_dims[axis] = axis == 0 ? 2 : 1;
+    map.bounds_max[axis] = 16;
+  }
+  map.bounds_max[0] = 32;
+  // Half a voxel between a place and the grid of samples.
+  return detail::is_plane_within(map, {{0, 0, 1}, 8.5F}, {20, 8, 8.5F}, 6, 0.05F, 1 << 14);
+}
+
+TEST(WideFace, EqualBlocksAreNotAllMetInTheSamePart) {
+  EXPECT_TRUE(is_plane_over_equal_roots(0));
+  EXPECT_FALSE(is_plane_over_equal_roots(1));
+}
+
 // Each node leads to the next one in all octants, farther down than there are cubes.
 TEST(WideFace, NodesThatGoOnAreNoPlane) {
   constexpr std::uint32_t kNodes = 1 << 18;
