@@ -30,12 +30,13 @@ float most_beside(const VoxelmapView& map, Vec3 p) {
 // Finds the corners with V of at least `least`, without the margins.
 class FindCorners {
  public:
-  FindCorners(const StepPair& pair, const VoxelmapView& map, float least, std::vector<Contact>& contacts)
+  // @param contacts  null: only the bounds are wanted
+  FindCorners(const StepPair& pair, const VoxelmapView& map, float least, std::vector<Contact>* contacts)
       : pair_(pair), map_(map), to_shell_(pair.to_shell()), least_(least), contacts_(contacts) {
     for (std::uint32_t i = 0; i < map.corners; ++i) {
       const Vec3 at = to_shell_.apply(corner_of(map, i));
       if (const float bound = most_beside(pair.distances, at); bound < least) {
-        most_ = std::max(most_, bound);
+        take(bound, at);
         continue;
       }
       numbers_[places_.count] = i;
@@ -46,31 +47,44 @@ class FindCorners {
   }
   // Upper bound of V at all corners. [m]
   [[nodiscard]] float most() const { return most_; }
+  // See most_of_corners.
+  [[nodiscard]] float most_moving() const { return most_moving_; }
 
  private:
   void look_up() {
     Values v;
     PlacedField(pair_.distances, Pose()).penetrations(places_, v);
     for (std::uint32_t i = 0; i < places_.count; ++i) {
-      most_ = std::max(most_, v[i]);
-      if (!(v[i] >= least_)) continue;
+      take(v[i], places_[i]);
+      if (contacts_ == nullptr || !(v[i] >= least_)) continue;
       add_corner_contact(pair_.distances, to_shell_, corner_of(map_, numbers_[i]), {least_, pair_.margin},
-                         pair_.shell.points + numbers_[i], contacts_);
+                         pair_.shell.points + numbers_[i], *contacts_);
     }
     places_.count = 0;
+  }
+
+  void take(float v, Vec3 at) {
+    most_ = std::max(most_, v);
+    const float farther = length(at - sphere_centre(pair_.shell, 0)) / sphere_radius(pair_.shell, 0);
+    most_moving_ = std::max(most_moving_, v < 0 && farther > 1 ? v / farther : v);
   }
 
   const StepPair& pair_;
   const VoxelmapView& map_;
   const Transform to_shell_;
   const float least_;
-  std::vector<Contact>& contacts_;
+  std::vector<Contact>* contacts_;
   float most_ = -std::numeric_limits<float>::infinity();
+  float most_moving_ = -std::numeric_limits<float>::infinity();
   Places places_;  // that wait for their look-up, shell's frame. [m]
   std::array<std::uint32_t, Places::kMost> numbers_;
 };
 
 }  // namespace
+
+float most_of_corners(const StepPair& pair, const VoxelmapView& map, float least) {
+  return FindCorners(pair, map, least, nullptr).most_moving();
+}
 
 void add_contacts_of_corners(const StepPair& pair, const VoxelmapView& map, const CornersQuery& query,
                              CornerMemory& memory, Workspace& space, std::vector<ManifoldContact>& out) {
@@ -85,7 +99,7 @@ void add_contacts_of_corners(const StepPair& pair, const VoxelmapView& map, cons
   }
   std::vector<Contact>& contacts = space.on_map;
   contacts.clear();
-  memory.most = FindCorners(pair, map, least, contacts).most();
+  memory.most = FindCorners(pair, map, least, &contacts).most();
   memory.stand = to_shell;
   FoundContacts found;
   found.contacts = contacts;

@@ -14,6 +14,11 @@ struct CornersQuery {
   std::size_t most = 4;  ///< contacts
 };
 
+/// Minus the way by which the shell's body has to move before a corner of the other one may be in it, or more. Corners
+/// beyond the shell's ball move farther than the ball in the same motion.
+/// @param least  more is not asked for. [m]
+[[nodiscard]] float most_of_corners(const StepPair& pair, const VoxelmapView& map, float least);
+
 /// Finds the corners of the other body that meet the shell's body. The points of a face are too far apart to find a
 /// corner in time, and V at points beside a corner is its distance from the sides: at a cube's corner 0.58 of the
 /// depth.

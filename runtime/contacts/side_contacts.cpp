@@ -173,10 +173,11 @@ void remember_gap(const Side& side, const FoundContacts& found, const Stand& bef
     gap.sought = pair.shell_to_field;
     most = std::min(most, bound_farther(pair, side.partner, farther, side.space));
   }
-  // Corners and round bodies also meet the surface between the points, which is within the covering radius of one.
+  // Round bodies and Bullet's corners also meet the surface between the points, which is within the covering radius of
+  // one.
   const VoxelmapView* const map = side.partner.map();
-  const bool meets_between = map == nullptr || map->corners > 0;
-  const float between = meets_between ? pair.shell.covering_radius : 0;
+  const float between = map == nullptr ? pair.shell.covering_radius : 0;
+  if (map != nullptr && map->corners > 0) most = std::max(most, most_of_corners(pair, *map, most));
   const double distance = -double{most} - double{between};
   if (!(distance > 0)) return;
   gap.stand = pair.shell_to_field;

@@ -157,11 +157,15 @@ TEST(KnownGap, ItChangesNoContactWithAnyPartner) {
 
 // A small ball or a corner meets the surface between the points of the shell, nearer than any of them.
 TEST(KnownGap, ItChangesNoContactBetweenThePoints) {
-  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  const std::shared_ptr<Asset> asset = baked_at(make_box({0.3, 0.3, 0.1}), 0.01);
+  bullet::Shape slab(asset);
   btSphereShape round(btScalar(0.004));
   btBoxShape box({btScalar(0.004), btScalar(0.004), btScalar(0.004)});
   expect_alike({&slab, &round, 0.094});
   expect_alike({&slab, &box, 0.096});
+  bullet::Shape points(asset, bullet::Part::pointshell);
+  bullet::Shape cube(baked_at(make_box({0.02, 0.02, 0.02}), 0.002));
+  expect_alike({&points, &cube, 0.122});
 }
 
 TEST(KnownGap, TheArmOfAShapeHoldsItsPoints) {
