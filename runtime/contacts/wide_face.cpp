@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <type_traits>
 #include <utility>
 
@@ -79,30 +78,11 @@ const KnownGround& known_around(const VoxelmapView& map, Vec3 at, float reach, f
   return ground;
 }
 
-// Whether the surface ends, or leaves the plane, where the plane leaves the ball: a proof would take long to find out.
-bool leaves_plane(const VoxelmapView& map, const HalfSpaceField& plane, Vec3 centre, float radius) {
-  constexpr int kTried = 12;
-  constexpr float kLeft_vx = 2 * kFlat_vx;
-  const float height = value_at(plane, centre);
-  const Vec3 normal = plane.outward_normal;
-  const Vec3 aside = cross(std::abs(normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, normal);
-  const float rim = 0.999F * std::sqrt(std::max(radius * radius - height * height, 0.0F));
-  const Vec3 u = (rim / length(aside)) * aside;
-  const Vec3 v = cross(normal, u);
-  const Vec3 foot = centre + height * normal;
-  for (int i = 0; i < kTried; ++i) {
-    const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kTried;
-    const Vec3 at = foot + std::cos(angle) * u + std::sin(angle) * v;
-    if (!(std::abs(voxelmap_penetration(map, at, {})) <= kLeft_vx * map.voxel_size)) return true;
-  }
-  return false;
-}
-
 const KnownGround& ground_around(const VoxelmapView& map, Vec3 at, float reach, float grid_vx,
                                  std::array<KnownGround, 2>& known) {
   return known_around(map, at, reach, grid_vx, known, [&](KnownGround& ground) {
     const std::optional<HalfSpaceField> plane = fit_plane(map, ground.centre, ground.radius);
-    if (!plane || leaves_plane(map, *plane, ground.centre, ground.radius)) return;
+    if (!plane) return;
     ground.plane = *plane;
     ground.is_flat = is_plane_within(map, *plane, ground.centre, ground.radius, kFlat_vx * map.voxel_size, kMostTests);
   });
