@@ -156,6 +156,15 @@ std::optional<Partner> tops_below(const StepPair& pair, const Partner& whole, fl
   return is_known || stands_on(pair, tops, *plane, space) ? std::optional(tops) : std::nullopt;
 }
 
+// The other body, if its corners are sought in the shell's; or null. A body that is flat all around has none there, and
+// of a thinned shell's partner all points are sought.
+const VoxelmapView* map_with_corners(const Side& side) {
+  const VoxelmapView* const map = side.partner.map();
+  const bool seeks = map != nullptr && map->corners > 0 && !side.pair.has_springs() && !side.query.leaves_faces &&
+                     side.pair.distances.field != Field::none;
+  return seeks ? map : nullptr;
+}
+
 // Remembers how far apart a pair without contacts is. A query may only have proven that the bodies do not touch, and
 // the pair would be asked in each step. So a pair that stays near is looked at again, some steps of its motion farther.
 // @param before  where it was in the last step; none if it touched then
@@ -175,9 +184,8 @@ void remember_gap(const Side& side, const FoundContacts& found, const Stand& bef
   }
   // Round bodies and Bullet's corners also meet the surface between the points, which is within the covering radius of
   // one.
-  const VoxelmapView* const map = side.partner.map();
-  const float between = map == nullptr ? pair.shell.covering_radius : 0;
-  if (map != nullptr && map->corners > 0) most = std::max(most, most_of_corners(pair, *map, most));
+  const float between = side.partner.map() == nullptr ? pair.shell.covering_radius : 0;
+  if (const VoxelmapView* map = map_with_corners(side)) most = std::max(most, most_of_corners(pair, *map, most));
   const double distance = -double{most} - double{between};
   if (!(distance > 0)) return;
   gap.stand = pair.shell_to_field;
@@ -268,16 +276,12 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
   }
 }
 
-// Adds the contacts of the other body's corners, in further slots. A body that is flat all around has none there, and
-// of a thinned shell's partner all points are sought.
+// Adds the contacts of the other body's corners, in further slots.
 // @param way  as FoundContacts::way
 void add_corners(const Side& side, float way) {
   const StepPair& pair = side.pair;
-  const VoxelmapView* const map = side.partner.map();
-  if (map == nullptr || map->corners == 0 || pair.has_springs() || side.query.leaves_faces ||
-      pair.distances.field == Field::none) {
-    return;
-  }
+  const VoxelmapView* const map = map_with_corners(side);
+  if (map == nullptr) return;
   std::vector<ManifoldContact>& few = side.space.few;
   const std::size_t of_points = few.size();
   const int slot = few.empty() ? 0 : few.back().slot + 1;
