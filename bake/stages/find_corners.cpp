@@ -2,9 +2,12 @@
 #include "bake/stages/find_corners.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <optional>
 
 #include "bake/point_grid.h"
 
@@ -71,7 +74,16 @@ class FindCorners {
  private:
   void find_turns();
   void gather_fans();
-  [[nodiscard]] double rounded_sharpness(const Fan& fan, const PointGrid& grid) const;
+  // Fans of vertices that are close together.
+  struct Cluster {
+    NormalSpread spread;
+    std::vector<std::uint32_t> fans;
+  };
+  [[nodiscard]] std::vector<Cluster> clusters() const;
+  [[nodiscard]] std::optional<Corner> rounded_at(const Cluster& cluster, const std::vector<Cluster>& all,
+                                                 const PointGrid& grid) const;
+  [[nodiscard]] const Vector& place_of(std::uint32_t fan) const { return surface_.vertices[fans_[fan].vertex]; }
+  [[nodiscard]] const Vector& place_of(const Cluster& cluster) const { return place_of(cluster.fans.front()); }
   [[nodiscard]] Corner corner_at(const Fan& fan, double sharpness) const {
     return {surface_.vertices[fan.vertex], first_[fan.vertex], sharpness};
   }
@@ -134,34 +146,58 @@ std::vector<Corner> FindCorners::sharp() const {
   return corners;
 }
 
-// Sharpness of all that turns within reach of a vertex. @return 0: the surface is higher beside it
-double FindCorners::rounded_sharpness(const Fan& fan, const PointGrid& grid) const {
-  const Vector& place = surface_.vertices[fan.vertex];
+// A scan may have thousands of vertices within reach, so that each must not be compared with all others.
+std::vector<FindCorners::Cluster> FindCorners::clusters() const {
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers;  // by cell
+  std::vector<Cluster> clusters;
+  for (std::uint32_t i = 0; i < fans_.size(); ++i) {
+    const Vector cell = (place_of(i) * (4 / reach_)).array().floor();
+    const auto [at, is_new] = numbers.try_emplace(
+        {static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()), static_cast<std::int64_t>(cell.z())},
+        static_cast<std::uint32_t>(clusters.size()));
+    if (is_new) clusters.emplace_back();
+    Cluster& cluster = clusters[at->second];
+    cluster.spread.add(fans_[i].spread);
+    cluster.fans.push_back(i);
+  }
+  return clusters;
+}
+
+// The highest vertex of a cluster, if all that turns within reach of it is sharp together, and nowhere higher.
+std::optional<Corner> FindCorners::rounded_at(const Cluster& cluster, const std::vector<Cluster>& all,
+                                              const PointGrid& grid) const {
   NormalSpread spread;
   std::vector<std::uint32_t> near;
-  grid.for_each_near(place, 1, [&](std::uint32_t i) {
-    if (!are_near(surface_.vertices[fans_[i].vertex], place)) return;
-    spread.add(fans_[i].spread);
+  grid.for_each_near(place_of(cluster), 1, [&](std::uint32_t i) {
+    if (!are_near(place_of(all[i]), place_of(cluster))) return;
+    spread.add(all[i].spread);
     near.push_back(i);
   });
   const double sharp = spread.least_across();
-  if (!(sharp > kCorner)) return 0;
+  if (!(sharp > kCorner)) return {};
   const Vector out = spread.mean();
-  const bool is_convex = std::all_of(near.begin(), near.end(), [&](std::uint32_t i) {
-    const Vector way = surface_.vertices[fans_[i].vertex] - place;
+  const auto highest = *std::max_element(cluster.fans.begin(), cluster.fans.end(),
+                                         [&](auto i, auto k) { return out.dot(place_of(i)) < out.dot(place_of(k)); });
+  const Vector& top = place_of(highest);
+  const auto is_below = [&](std::uint32_t i) {
+    const Vector way = place_of(i) - top;
     return falls(way, out) && std::all_of(fans_[i].edges.begin(), fans_[i].edges.end(),
                                           [&](const Vector& edge) { return falls(way + edge, out); });
+  };
+  const bool is_convex = std::all_of(near.begin(), near.end(), [&](std::uint32_t i) {
+    return std::all_of(all[i].fans.begin(), all[i].fans.end(), is_below);
   });
-  return is_convex ? sharp : 0;
+  if (!is_convex) return {};
+  return corner_at(fans_[highest], sharp);
 }
 
 std::vector<Corner> FindCorners::rounded(const std::vector<Corner>& corners) const {
+  const std::vector<Cluster> all = clusters();
   PointGrid grid(reach_);
-  for (std::uint32_t i = 0; i < fans_.size(); ++i) grid.insert(surface_.vertices[fans_[i].vertex], i);
+  for (std::uint32_t i = 0; i < all.size(); ++i) grid.insert(place_of(all[i]), i);
   std::vector<Corner> found;
-  for (const Fan& fan : fans_) {
-    const double sharp = rounded_sharpness(fan, grid);
-    if (sharp > 0) found.push_back(corner_at(fan, sharp));
+  for (const Cluster& cluster : all) {
+    if (const std::optional<Corner> corner = rounded_at(cluster, all, grid)) found.push_back(*corner);
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const Corner& a, const Corner& b) { return a.sharpness > b.sharpness; });
