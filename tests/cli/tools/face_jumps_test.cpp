@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "runtime/fields/penetration.h"
 #include "sample_meshes/shapes.h"
@@ -54,6 +56,31 @@ TEST(FaceJumps, NoPlaceOnAFaceHasALargerOne) {
     }
     EXPECT_NEAR(high - low, jump.largest, 1e-4);
   }
+}
+
+// Eight cubes of one root share a brick, whose V rises along x.
+TEST(FaceJumps, EqualBricksSideBySideAreTwo) {
+  constexpr float kLambda = 0.02F;
+  std::vector<std::int8_t> codes(kFieldSamples + 64);
+  for (std::uint32_t i = 0; i < kFieldSamples; ++i) codes[i] = static_cast<std::int8_t>(5 * (i % kFieldEdge));
+  const std::vector<std::uint32_t> nodes(8, octree::brick_entry(0, kCoarsestLevel));
+  const std::uint32_t root = octree::node_entry(0);
+  VoxelmapView map;
+  map.field = Field::scaled;
+  map.element = ElementType::i8;
+  map.values = codes.data();
+  map.voxel_size = 1;
+  map.lambda = map.error = kLambda;
+  map.band_inner = map.band_outer = 2.5F;
+  map.field_roots = &root;
+  map.field_nodes = nodes.data();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    map.dims[axis] = 16;
+    map.root_dims[axis] = 1;
+  }
+  const cli::FaceJump jump = cli::largest_face_jump(map, 1);
+  EXPECT_NEAR(jump.largest, 20 * 2 * kLambda, 1e-6);
+  EXPECT_NEAR(jump.place[0], 8.5, 1e-6);
 }
 
 }  // namespace
