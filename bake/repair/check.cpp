@@ -35,6 +35,8 @@ constexpr double kLargeFilling = 0.1;
 constexpr FillingDoubts kAccepted = {0.07, 0.002};
 // Folds of scans leave out less.
 constexpr double kNotedVolume = 0.001;
+// Crossings up to which repairs are tried to advise them. An assembly with 9e5, the most in a corpus, takes 15 s.
+constexpr double kMostTried = 2e6;
 // Where sheets have more of the area, thickening is advised first.
 constexpr double kMostlySheets = 0.25;
 
@@ -246,6 +248,9 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     outcome.filled_share = holes.area / area_of(work);
     note = fmt::format("repair fill: closed {} hole{}, {} of the surface", holes.filled, plural(holes.filled),
                        percent(outcome.filled_share));
+    if (const std::size_t flat = drop_flat_sheets(work, patches); flat > 0) {
+      note += fmt::format("; dropped {} flat sheet{}", flat, plural(flat));
+    }
   }
   // A filled mesh is closed. Tidying could open it again where a patch lies on a lone triangle.
   if (count_unbalanced(work) > 0 && !closed_after_tidying(work)) {
@@ -313,7 +318,19 @@ void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
   if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));
 }
 
-// @param filling  see close_mesh
+// Crossings of the cuts in all triangles, at most: each takes 10 to 100 us to find.
+double most_crossings(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
+  std::vector<std::uint32_t> cuts(mesh.triangles.size(), 0);
+  for (const auto& [a, b] : pairs) {
+    ++cuts[a];
+    ++cuts[b];
+  }
+  double sum = 0;
+  for (const double n : cuts) sum += n * n;
+  return sum;
+}
+
+// @param filling  see close_mesh; where not null, a union that takes minutes is not tried
 // @throw NotClosed, or BakeError when no repair helps
 Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome,
                        Filling* filling = nullptr) {
@@ -359,6 +376,7 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   warn_of_large_filling(settings.voxel_size, outcome);
   begin("check: crossing triangles");
   const std::vector<TrianglePair> pairs = self_intersections(mesh);
+  if (filling != nullptr && most_crossings(mesh, pairs) > kMostTried) refuse("uniting the shells takes minutes");
   begin("check: unite shells");
   const ShellCounts resolved = resolve_shells(mesh, pairs, pieces);
   note_shells(resolved, notes);
@@ -417,8 +435,9 @@ std::string advise_options(const TriangleMesh& input, const RepairSettings& sett
     more.repair = repair;
     more.progress = nullptr;
     RepairOutcome ignored;
+    Filling not_judged;
     try {
-      (void)closed_surface(input, more, ignored);
+      (void)closed_surface(input, more, ignored, &not_judged);
       return true;
     } catch (const BakeError&) {
       return false;

@@ -113,6 +113,43 @@ double share_of_sheets(const Filling& filling) {
 
 }  // namespace
 
+std::size_t drop_flat_sheets(Mesh& mesh, std::size_t patches) {
+  struct Piece {
+    Vector normal = Vector::Zero();  // twice the area of its largest triangle, in whose plane it lies if it is flat
+    Vector corner;                   // of that triangle
+    bool filled = false, bends = false;
+  };
+  const Pieces pieces = closed_pieces(mesh.triangles);
+  std::vector<Piece> all(pieces.count);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Piece& piece = all[pieces.of_triangle[t]];
+    piece.filled |= t >= patches;
+    const Vector normal = mesh.area_normal(t);
+    if (normal.squaredNorm() > piece.normal.squaredNorm()) {
+      piece.normal = normal;
+      piece.corner = mesh.corner(t, 0);
+    }
+  }
+  // Single precision bends a leaf of a thousandth of the mesh's size by so much of its own.
+  constexpr double kRounding = 1e-4;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Piece& piece = all[pieces.of_triangle[t]];
+    const double most = kRounding * std::pow(piece.normal.norm(), 1.5);
+    for (int k = 0; k < 3; ++k) {
+      piece.bends |= !(std::abs((mesh.corner(t, k) - piece.corner).dot(piece.normal)) <= most);
+    }
+  }
+  const auto is_flat = [](const Piece& piece) { return piece.filled && !piece.bends; };
+  const auto dropped = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_flat));
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!is_flat(all[pieces.of_triangle[t]])) mesh.triangles[kept++] = mesh.triangles[t];
+  }
+  mesh.triangles.resize(kept);
+  if (dropped > 0) drop_unused_vertices(mesh);
+  return dropped;
+}
+
 FillingDoubts judge_filling(const Filling& filling, const Mesh& solid) {
   return {hardly_surrounded(filling, solid), share_of_sheets(filling)};
 }

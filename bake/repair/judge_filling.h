@@ -22,6 +22,11 @@ struct FillingDoubts {
   double sheets = 0;
 };
 
+/// Drops sheets that lie on their patches. They bound nothing, and to unite thousands that cross takes minutes.
+/// @param patches  as in Filling
+/// @return number dropped
+std::size_t drop_flat_sheets(Mesh& mesh, std::size_t patches);
+
 /// @param solid  the filling after its shells are united, not empty
 [[nodiscard]] FillingDoubts judge_filling(const Filling& filling, const Mesh& solid);
 

@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <numbers>
 #include <optional>
 #include <thread>
 
 #include "bake/repair/self_intersections.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bake/repair/repaired.h"
+#include "tests/support/poses.h"
 #include "tests/support/shared.h"
 
 namespace vps::test {
@@ -147,6 +149,34 @@ TEST(Repair, FillingClosesASolidBesideTrianglesThatBoundNothing) {
   EXPECT_EQ(r.outcome.used, Repair::fill);
   EXPECT_TRUE(is_closed(r.surface));
   EXPECT_NEAR(r.volume, 8, 1e-9);
+}
+
+// A fan of `count` sheets about one line. Each has its crease across, so that its patch is off it.
+TriangleMesh crossing_sheets(int count, double crease) {
+  TriangleMesh all;
+  for (int n = 0; n < count; ++n) {
+    TriangleMesh sheet = make_sheet(1, 1, {0, 0, 0});
+    sheet.vertices[0][2] += crease;
+    all = joined(all, moved(turned_about_x(0.001 + std::numbers::pi * n / count), sheet));
+  }
+  return all;
+}
+
+TEST(Repair, FlatSheetsAreDroppedBeforeShellsAreUnited) {
+  const Repaired r = repaired(joined(make_box({2, 0.2, 0.2}), crossing_sheets(20, 0)), with(Repair::fill));
+  EXPECT_NEAR(r.volume, 8 * 2 * 0.2 * 0.2, 1e-9);
+  ASSERT_FALSE(r.outcome.notes.empty());
+  EXPECT_NE(r.outcome.notes[0].find("; dropped 20 flat sheets"), std::string::npos) << r.outcome.notes[0];
+  for (const std::string& note : r.outcome.notes) EXPECT_EQ(note.find("united"), std::string::npos) << note;
+  const Repaired bent = repaired(joined(make_box({2, 0.2, 0.2}), crossing_sheets(2, 0.1)), with(Repair::fill));
+  EXPECT_EQ(bent.outcome.notes[0].find("flat"), std::string::npos) << bent.outcome.notes[0];
+}
+
+TEST(Repair, AUnionThatTakesMinutesIsNotTriedForAnAdvice) {
+  const auto said = [](int count) { return repair_refusal(crossing_sheets(count, 0.1), with(Repair::automatic)); };
+  EXPECT_NE(said(6).find("--repair fill"), std::string::npos) << said(6);
+  EXPECT_EQ(said(90).find("--repair fill"), std::string::npos) << said(90);
+  EXPECT_NE(said(90).find("--repair wrap"), std::string::npos) << said(90);
 }
 
 TEST(Repair, OnlyRepairsThatWorkAreAdvised) {
