@@ -54,8 +54,9 @@ int run_merge(const std::string& file, Checking checking) {
   }
   if (manifest.missing.size() > kNamed)
     complain("error", file, fmt::format("and {} more are missing", manifest.missing.size() - kNamed));
-  print_lines("{}: {} assets, {} missing\n", one_line((folder / kManifest).string()),
-              jobs.size() - manifest.missing.size(), manifest.missing.size());
+  const std::size_t there = jobs.size() - manifest.missing.size();
+  print_lines("{}: {} asset{}, {} missing\n", one_line((folder / kManifest).string()), there, there == 1 ? "" : "s",
+              manifest.missing.size());
   return manifest.missing.empty() ? kOk : kSomeFailed;
 }
 

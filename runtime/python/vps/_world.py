@@ -150,14 +150,13 @@ class World:
         lines: list[str] = self._world.lint()
         return lines
 
-    def add(self, asset: Asset, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0, mass: float | None = None,
+    def add(self, asset: Asset, *, pose: npt.ArrayLike = _HERE, density: float | None = None, mass: float | None = None,
             fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
             name: str = "") -> Body:
         """Adds a baked body.
 
         pose: takes the asset frame to the world's, shape (4, 4)
-        density: [kg/m^3]; or
-        mass: [kg]
+        density or mass: [kg/m^3] or [kg], not both; 1000 kg/m^3 without them
         fixed: it never moves. kinematic: only `Body.pose` moves it
         """
         from . import Asset
@@ -172,7 +171,7 @@ class World:
                                 restitution)
         return self._enter(self._world.add_baked(asset._baked, options), name)
 
-    def add_box(self, half_extents: npt.ArrayLike, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0,
+    def add_box(self, half_extents: npt.ArrayLike, *, pose: npt.ArrayLike = _HERE, density: float | None = None,
                 mass: float | None = None, fixed: bool = False, kinematic: bool = False, friction: float = 0.5,
                 restitution: float = 0.0, name: str = "") -> Body:
         """Adds a box. half_extents: shape (3,) [m]; the others as for `add`."""
@@ -183,7 +182,7 @@ class World:
         options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
         return self._enter(self._world.add_box(half_extents, options), name)
 
-    def add_sphere(self, radius: float, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0, mass: float | None = None,
+    def add_sphere(self, radius: float, *, pose: npt.ArrayLike = _HERE, density: float | None = None, mass: float | None = None,
                    fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
                    name: str = "") -> Body:
         """Adds a sphere. radius: [m]; the others as for `add`."""
@@ -237,8 +236,11 @@ class World:
         return -1 if body is None else self._own(body)
 
 
-def _mass(mass: float | None, density: float, volume: float, stays: bool) -> float:
-    given = number("density", density) * volume if mass is None else number("mass", mass)
+def _mass(mass: float | None, density: float | None, volume: float, stays: bool) -> float:
+    if mass is not None and density is not None:
+        raise ValueError("density and mass: one of the two")
+    of_density = 1000.0 if density is None else number("density", density)
+    given = of_density * volume if mass is None else number("mass", mass)
     if stays and given == 0:
         return 0.0
     if not np.finfo(np.float32).tiny <= given <= np.finfo(np.float32).max:
