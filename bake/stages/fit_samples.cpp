@@ -9,7 +9,7 @@
 namespace vps::bake {
 namespace {
 
-constexpr int kEdge = static_cast<int>(kFieldEdge);
+constexpr int kCoarse = static_cast<int>(kFieldEdge);
 constexpr int kFine = FineSamples::kEdge;
 
 using FineValues = std::array<double, FineSamples::kCount>;
@@ -17,20 +17,20 @@ using FineValues = std::array<double, FineSamples::kCount>;
 // The largest value in the cube of fine samples that each sample weighs at, axis by axis.
 void largest_around(const FineValues& fine, BrickValues& largest) {
   const auto narrow = [](const double* from, double* to, int step, int count) {
-    for (int i = 0; i < kEdge; ++i) {
+    for (int i = 0; i < kCoarse; ++i) {
       const double* const first = from + std::max(2 * i - 1, 0) * step;
       const double* const here = from + 2 * i * step;
       const double* const last = from + std::min(2 * i + 1, kFine - 1) * step;
       for (int n = 0; n < count; ++n) to[i * count + n] = std::max({first[n], here[n], last[n]});
     }
   };
-  double xy[kFine][kEdge][kEdge];
+  double xy[kFine][kCoarse][kCoarse];
   for (int z = 0; z < kFine; ++z) {
-    double x[kFine][kEdge];
+    double x[kFine][kCoarse];
     for (int y = 0; y < kFine; ++y) narrow(fine.data() + (z * kFine + y) * kFine, x[y], 1, 1);
-    narrow(x[0], xy[z][0], kEdge, kEdge);
+    narrow(x[0], xy[z][0], kCoarse, kCoarse);
   }
-  narrow(xy[0][0], largest.data(), kEdge * kEdge, kEdge * kEdge);
+  narrow(xy[0][0], largest.data(), kCoarse * kCoarse, kCoarse * kCoarse);
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ bool fit_samples(const FineSamples& fine, const BrickValues& value, double step,
   bool moved = false;
   for (int round = 0; round < kRounds; ++round) {
     FineValues error;
-    fill_between<kEdge>(
+    fill_between<kCoarse>(
         fitted, [](double a, double b) { return (a + b) / 2; }, error);
     // How far errors go beyond what is allowed, upwards and downwards. Negative where there is room.
     FineValues up;
