@@ -5,6 +5,8 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -112,6 +114,10 @@ using Doubles = py::array_t<double>;
 /// Threads of a query.
 class Batch {
  public:
+  /// Elements of a call.
+  struct Part {
+    std::size_t begin = 0, count = 0;
+  };
   explicit Batch(std::uint32_t threads) {
     if (threads > 1024) throw py::value_error("threads: 0 (as many as the machine has) to 1024");
     check(vps_batch_create(threads, &batch_));
@@ -119,26 +125,46 @@ class Batch {
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
   ~Batch() { vps_batch_destroy(batch_); }
-  /// Runs call(batch) without the interpreter's lock.
+  /// Runs call(batch, part) without the interpreter's lock, part after part, so that Ctrl-C ends it.
   /// @param elements  such as "points", for the message about a refused one
   /// @param limits    of an element
   template <class Call>
-  void run(const char* elements, const Call& call, const char* limits = vps_status_text(vps_bad_argument)) {
-    VpsStatus status = vps_ok;
-    {
-      const py::gil_scoped_release release;
-      status = call(batch_);
+  void run(const char* elements, std::size_t count, const Call& call,
+           const char* limits = vps_status_text(vps_bad_argument)) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds kTurn(100);
+    std::size_t most = 16;
+    for (Part part; part.begin < count; part.begin += part.count) {
+      part.count = std::min(most, count - part.begin);
+      VpsStatus status = vps_ok;
+      {
+        const py::gil_scoped_release release;
+        const Clock::time_point begin = Clock::now();
+        status = call(batch_, part);
+        most = Clock::now() - begin < kTurn ? 2 * most : std::max<std::size_t>(most / 2, 1);
+      }
+      if (status != vps_ok) {
+        std::size_t refused = 0;
+        (void)vps_batch_refused(batch_, &refused);
+        const std::string which = std::string(elements) + " number " + std::to_string(part.begin + refused);
+        if (status == vps_bad_argument) throw py::value_error(which + ": " + limits);
+        check(status, which);
+      }
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     }
-    std::size_t refused = 0;
-    (void)vps_batch_refused(batch_, &refused);
-    const std::string which = std::string(elements) + " number " + std::to_string(refused);
-    if (status == vps_bad_argument) throw py::value_error(which + ": " + limits);
-    check(status, which);
   }
 
  private:
   VpsBatch* batch_ = nullptr;
 };
+
+/// What is left of an array after its first elements.
+inline VpsArray after(VpsArray array, std::size_t elements) {
+  return {static_cast<char*>(array.first) + static_cast<ptrdiff_t>(elements) * array.stride, array.stride};
+}
+inline VpsConstArray after(VpsConstArray array, std::size_t elements) {
+  return {static_cast<const char*>(array.first) + static_cast<ptrdiff_t>(elements) * array.stride, array.stride};
+}
 
 template <class T>
 VpsArray out(py::array_t<T>& array) {

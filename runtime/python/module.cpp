@@ -37,10 +37,12 @@ class Asset {
     Floats distances(points.shape(0));
     float* const data = distances.mutable_data();
     Batch(threads).run(
-        "points",
-        [&](VpsBatch* batch) {
-          const VpsStatus status = vps_penetration_batch(batch, field, count, in, {nullptr, 0}, {data, sizeof(float)});
-          for (std::size_t i = 0; i < count; ++i) data[i] = -data[i];
+        "points", count,
+        [&](VpsBatch* batch, Batch::Part part) {
+          float* const first = data + part.begin;
+          const VpsStatus status = vps_penetration_batch(batch, field, part.count, after(in, part.begin), {nullptr, 0},
+                                                         {first, sizeof(float)});
+          for (std::size_t i = 0; i < part.count; ++i) first[i] = -first[i];
           return status;
         },
         kPointLimits);
@@ -55,7 +57,10 @@ class Asset {
     Floats normals({points.shape(0), py::ssize_t{3}});
     const VpsArray result{normals.mutable_data(), 3 * sizeof(float)};
     Batch(threads).run(
-        "points", [&](VpsBatch* batch) { return vps_outward_normal_batch(batch, field, count, in, result); },
+        "points", count,
+        [&](VpsBatch* batch, Batch::Part part) {
+          return vps_outward_normal_batch(batch, field, part.count, after(in, part.begin), after(result, part.begin));
+        },
         kPointLimits);
     return normals;
   }
@@ -68,7 +73,11 @@ class Asset {
     py::array_t<VpsClosestPoint> found(points.shape(0));
     const VpsArray result = out(found);
     Batch(threads).run(
-        "points", [&](VpsBatch* batch) { return vps_closest_point_batch(batch, map, count, in, nullptr, result); },
+        "points", count,
+        [&](VpsBatch* batch, Batch::Part part) {
+          return vps_closest_point_batch(batch, map, part.count, after(in, part.begin), nullptr,
+                                         after(result, part.begin));
+        },
         kPointLimits);
     return found;
   }
@@ -88,7 +97,12 @@ class Asset {
     const VpsArray result = out(hits);
     constexpr float kTolerance = 1e-3F;  // [vx]
     Batch(threads).run(
-        "rays", [&](VpsBatch* batch) { return vps_cast_ray_batch(batch, map, count, &rays, kTolerance, result); },
+        "rays", count,
+        [&](VpsBatch* batch, Batch::Part part) {
+          const VpsRays of_part{after(rays.origins, part.begin), after(rays.directions, part.begin),
+                                after(rays.max_distances, part.begin)};
+          return vps_cast_ray_batch(batch, map, part.count, &of_part, kTolerance, after(result, part.begin));
+        },
         "origins are at most 1e6 m away, and max_distance is at least 0");
     return hits;
   }

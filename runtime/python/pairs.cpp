@@ -122,12 +122,13 @@ py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doub
   // the other one, whose own points are then in contact.
   constexpr std::size_t kPoses = 512;
   constexpr std::size_t kRoom = 128;
-  Batch(threads).run("poses", [&](VpsBatch* batch) {
+  Batch(threads).run("poses", count, [&](VpsBatch* batch, Batch::Part part) {
     try {
-      std::vector<VpsContact> room(std::min(count, kPoses) * kRoom);
+      const std::size_t end = part.begin + part.count;
+      std::vector<VpsContact> room(std::min(part.count, kPoses) * kRoom);
       std::vector<VpsContact> more;
-      for (std::size_t begin = 0; begin < count; begin += kPoses) {
-        const std::size_t n = std::min(kPoses, count - begin);
+      for (std::size_t begin = part.begin; begin < end; begin += kPoses) {
+        const std::size_t n = std::min(kPoses, end - begin);
         const VpsStatus status = vps_traverse_batch(
             batch, shell, field, n, {&pair.shell_to_field[begin], sizeof(VpsPose)}, &options,
             {room.data(), kRoom * sizeof(VpsContact)}, kRoom, {result + begin, sizeof(VpsQueryResult)});
@@ -177,10 +178,12 @@ py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const
   const VpsArray to_counts = out(counts);
   VpsStepContact* const contact = contacts.mutable_data();
   std::uint32_t* const found = counts.mutable_data();
-  Batch(threads).run("poses", [&](VpsBatch* batch) {
-    VpsStatus status = vps_step_contacts_batch(
-        batch, &moving, &fixed, count, {pair.second_to_first.data(), sizeof(VpsPose)}, &options, to, most, to_counts);
-    for (std::size_t i = 0; status == vps_ok && i < count; ++i) {
+  Batch(threads).run("poses", count, [&](VpsBatch* batch, Batch::Part part) {
+    const std::size_t begin = part.begin;
+    VpsStatus status =
+        vps_step_contacts_batch(batch, &moving, &fixed, part.count, {&pair.second_to_first[begin], sizeof(VpsPose)},
+                                &options, after(to, begin), most, after(to_counts, begin));
+    for (std::size_t i = begin; status == vps_ok && i < begin + part.count; ++i) {
       // Without contact one may hold the other. Then only the inner one may give its points.
       const VpsPose& pose = pair.second_to_first[i];
       const bool is_held = found[i] == 0 && is_inside(moving, fixed, pose);
@@ -210,10 +213,12 @@ py::array_t<VpsSeparation> separation(const SharedHeld& first, const SharedHeld&
   const std::size_t count = pair.shell_to_field.size();
   py::array_t<VpsSeparation> found(static_cast<py::ssize_t>(count));
   VpsSeparation* const data = found.mutable_data();
-  Batch(threads).run("poses", [&](VpsBatch* batch) {
-    VpsStatus status = vps_separation_batch(batch, shell, field, count, {pair.shell_to_field.data(), sizeof(VpsPose)},
-                                            &options, {data, sizeof(VpsSeparation)});
-    for (std::size_t i = 0; status == vps_ok && i < count; ++i) {
+  Batch(threads).run("poses", count, [&](VpsBatch* batch, Batch::Part part) {
+    const std::size_t begin = part.begin;
+    VpsStatus status =
+        vps_separation_batch(batch, shell, field, part.count, {&pair.shell_to_field[begin], sizeof(VpsPose)}, &options,
+                             {data + begin, sizeof(VpsSeparation)});
+    for (std::size_t i = begin; status == vps_ok && i < begin + part.count; ++i) {
       // Surfaces may be apart though one body holds the other: then the inner one gives the points.
       const VpsPose back = inverse(pair.shell_to_field[i]);
       const bool is_held = data[i].delta < 0 && has_distances && is_inside(with_field, with_points, back);

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Queries of two assets for many poses."""
+import os
+import signal
+import threading
+import time
+
 import numpy as np
 import pytest
 import vps
@@ -116,3 +121,26 @@ def test_a_flying_sphere_arrives(sphere):
     assert not past.hit and past.finished and past.time == 1
     near = vps.time_of_impact(sphere, sphere, shifted(0.2, 0, 0), velocity=[-1, 0, 0], distance=0.02)
     assert near.time == pytest.approx(impact.time - 0.02, abs=2e-3)
+
+
+def test_queries_can_be_interrupted(sphere):
+    """Of more poses than a minute suffices for: bodies in the same place take longest."""
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        vps.separation(sphere, sphere, np.tile(np.eye(4), (2_000_000, 1, 1)), threads=1)
+    assert time.monotonic() - begin < 30
+
+
+def test_many_queries_are_those_of_few(sphere, cube):
+    """They are asked part by part."""
+    poses = np.array([turned(0.01 * n, (0.08 + 1e-5 * n, 0, 0)) for n in range(700)])
+    ones = [vps.contacts(sphere, cube, poses[n:n + 1]) for n in range(0, 700, 50)]
+    all_at_once = vps.contacts(sphere, cube, poses)
+    assert [one.counts[0] for one in ones] == list(all_at_once.counts[::50])
+    assert np.array_equal(vps.separation(sphere, cube, poses).distance[::50],
+                          [vps.separation(sphere, cube, poses[n:n + 1]).distance[0] for n in range(0, 700, 50)])
+    points = np.linspace([0.06, 0, 0], [0.1, 0.01, 0], 700)
+    assert np.array_equal(sphere.distance(points)[::50], [sphere.distance(p[None])[0] for p in points[::50]])
+    hits = sphere.ray(points, np.tile([-1.0, 0, 0], (700, 1)), 1.0)
+    assert np.array_equal(hits.distance[::50], [sphere.ray(p, [-1.0, 0, 0], 1.0).distance for p in points[::50]])
