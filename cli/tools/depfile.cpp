@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "cli/tools/output_file.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -73,13 +74,15 @@ std::string depfile_refusal(const fs::path& depfile, const std::vector<fs::path>
     if (target.filename() == depfile.filename() && is_same_place(target, depfile))
       return "this is written already; choose another --depfile";
   }
-  const fs::path& target = targets.front();
-  std::string_view sign = target.string().find('%') != std::string::npos ? "%" : unlistable(target);
+  fs::path named = targets.front();
+  std::string_view sign = named.string().find('%') != std::string::npos ? "%" : unlistable(named);
   for (const fs::path& file : files) {
     if (fs::equivalent(file, depfile, ignored)) return "this is a file of the mesh; choose another --depfile";
-    if (sign.empty()) sign = unlistable(file);
+    if (!sign.empty()) continue;
+    named = file;
+    sign = unlistable(file);
   }
-  if (!sign.empty()) return fmt::format("make knows no names with {}; rename the mesh or the asset", sign);
+  if (!sign.empty()) return fmt::format("make knows no names with {}; rename {}", sign, one_line(named.string()));
   if (std::string reason = output_refusal(depfile, "", "a depfile"); !reason.empty()) return reason;
   if (!fs::exists(depfile, ignored) || is_depfile(depfile)) return "";
   return "the file exists and is not a depfile; remove it or choose another --depfile";

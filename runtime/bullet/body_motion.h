@@ -33,7 +33,9 @@ inline void fetch_motion(const btCollisionObject& object) {
 [[nodiscard]] inline Velocity velocity_of(const btCollisionObject& object) {
   const btRigidBody* const body = btRigidBody::upcast(&object);
   if (body == nullptr) return link_velocity(object);
-  return body->isStaticObject() ? Velocity{} : Velocity{body->getLinearVelocity(), body->getAngularVelocity()};
+  // A kinematic body is mostly marked as static, too.
+  const bool moves = !body->isStaticObject() || body->isKinematicObject();
+  return moves ? Velocity{body->getLinearVelocity(), body->getAngularVelocity()} : Velocity{};
 }
 
 /// 0 for objects that the solver does not move. That of a link alone: its joints only make it harder to move. [1/kg]

@@ -11,10 +11,10 @@
 
 namespace vps::detail {
 
-/// The corners of a hull with more are facets of something round: contacts there would brake its rolling.
+/// The corners of a hull with more are facets of something round: contacts there would brake its rolling on slopes.
 inline constexpr std::uint32_t kMostCorners = 16;
 
-/// A polyhedron in its own frame.
+/// Corners of a solid in its own frame.
 struct Corners {
   std::span<const Vec3> places;  ///< [m]
   float margin = 0;              ///< by which it is rounded. [m]

@@ -110,10 +110,14 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
     const float least = (has_end ? contact.penetration : -reach) + 0.02F * map.voxel_size;
     if (seed == seeds.end() || !touch_between_ends(map, body, seed->position, contact)) continue;
     contact.point += 2;
-    const bool is_known = std::any_of(found.begin(), found.end(), [&](const Contact& other) {
+    if (!(contact.penetration > least)) continue;
+    // At an edge that the capsule lies across, its ends find the same place, but are not as deep.
+    const auto is_there = [&](const Contact& other) {
       return length(other.position - contact.position) < kSamePlace_vx * map.voxel_size;
-    });
-    if (contact.penetration > least && !is_known) found.push_back(contact);
+    };
+    std::erase_if(found,
+                  [&](const Contact& other) { return is_there(other) && other.penetration < contact.penetration; });
+    if (std::none_of(found.begin(), found.end(), is_there)) found.push_back(contact);
   }
   if (found.empty()) return false;
   std::erase_if(found, [&](const Contact& contact) { return !(contact.penetration >= -reach); });

@@ -14,22 +14,62 @@
 namespace vps::detail {
 namespace {
 
-// The deepest place of a solid in a half space is within `thickness` of one of them.
-struct Outermost {
-  std::array<Vec3, kMostCorners> places;  // solid's frame. [m]
-  std::size_t count = 0;
-  float thickness = 0;  // [m]
-  void add(Vec3 place) { places[count++] = place; }
-};
+// The deepest place of a solid in a half space is within `thickness` of one of its outermost places.
+class Outermost {
+ public:
+  // @param down  into the ground, solid's frame, unit
+  Outermost(const Partner& partner, Vec3 down) : places_(partner.hull.places), thickness_(partner.hull.margin) {
+    if (places_.empty()) add_round(partner, down);
+  }
+  Outermost(const Outermost&) = delete;
+  Outermost& operator=(const Outermost&) = delete;
 
-// Four places of a rim, of which the first is the deepest.
-void add_rim(float radius, float height, Vec3 down, Outermost& out) {
-  const float across = std::hypot(down.x, down.y);
-  constexpr float kUpright = 1e-3F;  // the deepest place of a level rim is any
-  const Vec3 u = across > kUpright ? (radius / across) * Vec3{down.x, down.y, 0} : Vec3{radius, 0, 0};
-  const Vec3 v{-u.y, u.x, 0};
-  for (const Vec3 place : {u, v, -1.0F * u, -1.0F * v}) out.add(place + Vec3{0, 0, height});
-}
+  // Solid's frame. [m]
+  [[nodiscard]] std::span<const Vec3> places() const { return places_; }
+  [[nodiscard]] float thickness() const { return thickness_; }
+
+ private:
+  void add_round(const Partner& partner, Vec3 down) {
+    partner.field.visit([&](const auto& field) {
+      using Kind = std::remove_cvref_t<decltype(field)>;
+      if constexpr (std::is_same_v<Kind, SphereField>) {
+        thickness_ = field.radius;
+        add({});
+      }
+      if constexpr (std::is_same_v<Kind, RevolvedField>) {
+        using Profile = RevolvedField::Profile;
+        const Vec3 top{0, 0, field.half_height};
+        thickness_ = field.rounding;
+        if (field.profile == Profile::capsule) {
+          thickness_ += field.radius;
+          add(-1.0F * top);
+        } else {
+          add_rim(field.radius, -field.half_height, down);
+        }
+        if (field.profile == Profile::cylinder) {
+          add_rim(field.radius, field.half_height, down);
+        } else {
+          add(top);
+        }
+      }
+    });
+    places_ = {round_.data(), count_};
+  }
+  // Four places of a rim, of which the first is the deepest.
+  void add_rim(float radius, float height, Vec3 down) {
+    const float across = std::hypot(down.x, down.y);
+    constexpr float kUpright = 1e-3F;  // the deepest place of a level rim is any
+    const Vec3 u = across > kUpright ? (radius / across) * Vec3{down.x, down.y, 0} : Vec3{radius, 0, 0};
+    const Vec3 v{-u.y, u.x, 0};
+    for (const Vec3 place : {u, v, -1.0F * u, -1.0F * v}) add(place + Vec3{0, 0, height});
+  }
+  void add(Vec3 place) { round_[count_++] = place; }
+
+  std::span<const Vec3> places_;
+  float thickness_ = 0;
+  std::array<Vec3, 8> round_;  // of a body without corners: two rims at most
+  std::size_t count_ = 0;
+};
 
 // A ball that holds a solid, solid's frame. [m]
 struct Ball {
@@ -38,7 +78,7 @@ struct Ball {
 };
 Ball ball_around(const Partner& partner) {
   Ball ball;
-  const std::span<const Vec3> corners = partner.corners.places;
+  const std::span<const Vec3> corners = partner.hull.places;
   if (!corners.empty()) {
     Vec3 low = corners[0];
     Vec3 high = corners[0];
@@ -46,7 +86,7 @@ Ball ball_around(const Partner& partner) {
       low = {std::min(low.x, corner.x), std::min(low.y, corner.y), std::min(low.z, corner.z)};
       high = {std::max(high.x, corner.x), std::max(high.y, corner.y), std::max(high.z, corner.z)};
     }
-    return {0.5F * (low + high), 0.5F * length(high - low) + partner.corners.margin};
+    return {0.5F * (low + high), 0.5F * length(high - low) + partner.hull.margin};
   }
   partner.field.visit([&](const auto& field) {
     using Kind = std::remove_cvref_t<decltype(field)>;
@@ -62,47 +102,13 @@ Ball ball_around(const Partner& partner) {
 
 // Whether a solid may stand.
 bool has_faces(const Partner& partner) {
-  if (!partner.corners.places.empty()) return true;
+  if (!partner.hull.places.empty()) return partner.hull.places.size() <= kMostCorners;
   return partner.field.visit([](const auto& field) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, RevolvedField>) {
       return field.profile != RevolvedField::Profile::capsule;
     }
     return false;
   });
-}
-
-// @param down  into the ground, solid's frame, unit
-Outermost outermost_of(const Partner& partner, Vec3 down) {
-  Outermost out;
-  if (!partner.corners.places.empty()) {
-    for (const Vec3 corner : partner.corners.places) out.add(corner);
-    out.thickness = partner.corners.margin;
-    return out;
-  }
-  partner.field.visit([&](const auto& field) {
-    using Kind = std::remove_cvref_t<decltype(field)>;
-    if constexpr (std::is_same_v<Kind, SphereField>) {
-      out.thickness = field.radius;
-      out.add({});
-    }
-    if constexpr (std::is_same_v<Kind, RevolvedField>) {
-      using Profile = RevolvedField::Profile;
-      const Vec3 top{0, 0, field.half_height};
-      out.thickness = field.rounding;
-      if (field.profile == Profile::capsule) {
-        out.thickness += field.radius;
-        out.add(-1.0F * top);
-      } else {
-        add_rim(field.radius, -field.half_height, down, out);
-      }
-      if (field.profile == Profile::cylinder) {
-        add_rim(field.radius, field.half_height, down, out);
-      } else {
-        out.add(top);
-      }
-    }
-  });
-  return out;
 }
 
 // A solid over a plane.
@@ -113,13 +119,13 @@ struct Over {
   Outermost outermost;
   Vec3 down;  // into the ground, solid's frame, unit
 
-  [[nodiscard]] float depth(Vec3 place) const { return value_at(plane, to_map.apply(place)) + outermost.thickness; }
+  [[nodiscard]] float depth(Vec3 place) const { return value_at(plane, to_map.apply(place)) + outermost.thickness(); }
   // @param number  of the place, of all that the solid may have
   [[nodiscard]] Contact contact(Vec3 place, std::size_t number) const {
     Contact contact;
     contact.penetration = depth(place);
     contact.inward_normal = down;
-    contact.position = place - (contact.penetration - outermost.thickness) * down;
+    contact.position = place - (contact.penetration - outermost.thickness()) * down;
     contact.point = pair.shell.points + static_cast<std::uint32_t>(number);
     return contact;
   }
@@ -131,8 +137,8 @@ constexpr float kIntoTops_vx = 0.5F;  // in the plane over tops a solid that sta
 std::uint32_t face_on(const Over& over) {
   const float margin = over.pair.margin;
   std::uint32_t face = 0;
-  for (std::size_t i = 0; i < over.outermost.count; ++i) {
-    const float depth = over.depth(over.outermost.places[i]) + margin;
+  for (std::size_t i = 0; i < over.outermost.places().size(); ++i) {
+    const float depth = over.depth(over.outermost.places()[i]) + margin;
     if (depth > kIntoTops_vx * over.pair.distances.voxel_size) return 0;
     if (depth >= -over.pair.touching()) face |= 1U << i;
   }
@@ -148,17 +154,17 @@ class FindGround {
     places.clear();
     std::array<std::uint32_t, kMostCorners> corners{};
     std::size_t count = 0;
-    for (std::uint32_t i = 0; i < o_.outermost.count; ++i) {
+    for (std::uint32_t i = 0; i < o_.outermost.places().size(); ++i) {
       if ((face >> i & 1) != 0) corners[count++] = i;
     }
-    for (std::size_t i = 0; i < count; ++i) grounded_[i] = sample(o_.outermost.places[corners[i]], corners[i]);
+    for (std::size_t i = 0; i < count; ++i) grounded_[i] = sample(o_.outermost.places()[corners[i]], corners[i]);
     // Unequal ones do not all meet the slots of a grating. Hulls of many corners need fewer.
     static constexpr float kParts[] = {0.17F, 0.39F, 0.61F, 0.86F};
     const std::span<const float> all(kParts);
     const std::span<const float> parts = count <= 5 ? all : count <= 8 ? all.subspan(1, 2) : all.subspan(1, 1);
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < i; ++k) {
-        const Line line{o_.outermost.places[corners[k]], o_.outermost.places[corners[i]],
+        const Line line{o_.outermost.places()[corners[k]], o_.outermost.places()[corners[i]],
                         kMostCorners + kOfLine * (kMostCorners * corners[i] + corners[k])};
         sample_line(line, parts, grounded_[k], grounded_[i]);
       }
@@ -176,7 +182,7 @@ class FindGround {
 
   bool sample(Vec3 place, std::uint32_t number) {
     const Vec3 at = o_.to_map.apply(place);
-    if (!footing_.test(at, at - o_.outermost.thickness * o_.plane.outward_normal)) return false;
+    if (!footing_.test(at, at - o_.outermost.thickness() * o_.plane.outward_normal)) return false;
     places_.push_back({place, number});
     return true;
   }
@@ -226,9 +232,9 @@ bool add_standing(const Over& over, float distance, TopsMemory& memory, std::vec
   }
   for (const PlaceOnTops& place : memory.places) contacts.push_back(over.contact(place.at, place.number));
   if (memory.places.empty()) return false;
-  for (std::uint32_t i = 0; i < over.outermost.count; ++i) {
+  for (std::uint32_t i = 0; i < over.outermost.places().size(); ++i) {
     if ((face >> i & 1) != 0) continue;
-    const Contact contact = over.contact(over.outermost.places[i], i);
+    const Contact contact = over.contact(over.outermost.places()[i], i);
     if (contact.penetration >= -distance) contacts.push_back(contact);
   }
   return true;
@@ -250,7 +256,7 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   const float reach = kStretch * ball.radius + distance;
   const auto over = [&](const HalfSpaceField& plane) {
     const Vec3 down = -1.0F * to_shell.rotate_back(plane.outward_normal);
-    return Over{pair, plane, to_shell, outermost_of(partner, down), down};
+    return Over{pair, plane, to_shell, {partner, down}, down};
   };
   constexpr float kNear_vx = 0.2F;  // of the plane and the samples
   const HalfSpaceField* plane = flat_around(map, centre, reach, false, memory.ground);
@@ -269,8 +275,8 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   if (plane == nullptr) return {};
   const Over ground = over(*plane);
   float most = -distance;
-  for (std::size_t i = 0; i < ground.outermost.count; ++i) {
-    const Contact contact = ground.contact(ground.outermost.places[i], i);
+  for (std::size_t i = 0; i < ground.outermost.places().size(); ++i) {
+    const Contact contact = ground.contact(ground.outermost.places()[i], i);
     most = std::max(most, contact.penetration + kNear_vx * map.voxel_size);
     if (contact.penetration >= -distance) contacts.push_back(contact);
   }

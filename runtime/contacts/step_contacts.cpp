@@ -141,7 +141,7 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   field.field.visit([&](const auto& body) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(body)>, BoxField>) {
       corners = corners_of(body.half_extents);
-      partner.corners.places = corners;
+      partner.corners.places = partner.hull.places = corners;
     }
   });
   // Between coarse points that are a little apart the surfaces may touch.

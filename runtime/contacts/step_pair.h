@@ -114,11 +114,12 @@ struct Partner {
   FieldRef field;                      ///< not used with a sheet
   const ConvexBody* convex = nullptr;  ///< null: the field is exact
   Sheet* sheet = nullptr;              ///< null: it is a solid
-  Corners corners = {};                ///< of a polyhedron, field's frame
+  Corners corners = {};                ///< that are looked up in the shell's body, field's frame
   float radius = 0;                    ///< of a sphere as large as its box; only for contacts ahead. [m]
   /// The field is the plane over the tops of this map. It counts where the map has a surface there, within 0.1
   /// voxels of the map. Null: it is whole.
   const VoxelmapView* tops = nullptr;
+  Corners hull = {};  ///< all corners of a polyhedron, which meet planes; field's frame
 
   /// Whether there is a surface below a place.
   [[nodiscard]] bool has_ground(Vec3 place) const noexcept;

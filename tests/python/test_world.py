@@ -264,6 +264,8 @@ def test_wrong_arguments_are_named_in_one_line(cube):
             (TypeError, "pose: ", lambda: world.add(cube, pose="x")), (TypeError, "density: ", lambda: world.add(cube, density="x")),
             (TypeError, "mass: a number, not '1kg'", lambda: world.add(cube, mass="1kg")),
             (ValueError, "one of the two", lambda: world.add(cube, mass=1, density=1)),
+            (ValueError, "one of the two", lambda: world.add(cube, fixed=True, kinematic=True)),
+            (ValueError, "restitution: 0 to 1", lambda: world.add(cube, restitution=2)),
             (ValueError, "mass: ", lambda: world.add(cube, mass=1e300)), (ValueError, "mass: ", lambda: world.add(cube, mass=1e-300)),
             (TypeError, "friction: ", lambda: world.add(cube, friction="x")),
             (TypeError, "restitution: ", lambda: world.add(cube, restitution=None)),

@@ -17,8 +17,10 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <tuple>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/contacts/corner_contacts.h"
 #include "runtime/contacts/refine_contact.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
@@ -146,6 +148,51 @@ void add_triangles(const btConvexHullComputer& hull, int face, const std::vector
   });
 }
 
+// The corners of a convex body where its faces turn so much that the corner may slip in between the points of a shell.
+// At one of a cube the mean of the faces' normals, weighted by their angles there, is 0.58 long, at the rim of a prism
+// of many sides 0.7, on round bodies nearly 1.
+std::vector<Vec3> sharp_corners_of(const std::vector<Triangle>& triangles) {
+  using detail::operator+;
+  using detail::operator-;
+  using detail::operator*;
+  constexpr float kSharp = 0.62F;
+  struct AtCorner {
+    Vec3 place, normals;
+    float angles;
+    [[nodiscard]] float mean() const { return detail::length(normals) / angles; }
+  };
+  std::vector<AtCorner> corners;
+  for (const Triangle& triangle : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 one = triangle.corners[(k + 1) % 3] - triangle.corners[k];
+      const Vec3 other = triangle.corners[(k + 2) % 3] - triangle.corners[k];
+      const float angle = std::atan2(detail::length(detail::cross(one, other)), detail::dot(one, other));
+      corners.push_back({triangle.corners[k], angle * triangle.normal, angle});
+    }
+  }
+  const auto place = [](const AtCorner& at) { return std::tie(at.place.x, at.place.y, at.place.z); };
+  std::stable_sort(corners.begin(), corners.end(),
+                   [&](const AtCorner& a, const AtCorner& b) { return place(a) < place(b); });
+  std::size_t count = 0;
+  for (const AtCorner& at : corners) {
+    if (count > 0 && place(corners[count - 1]) == place(at)) {
+      corners[count - 1].normals = corners[count - 1].normals + at.normals;
+      corners[count - 1].angles += at.angles;
+    } else {
+      corners[count++] = at;
+    }
+  }
+  corners.resize(count);
+  std::erase_if(corners, [](const AtCorner& at) { return !(at.mean() < kSharp); });
+  std::stable_sort(corners.begin(), corners.end(),
+                   [](const AtCorner& a, const AtCorner& b) { return a.mean() < b.mean(); });
+  std::vector<Vec3> places;
+  for (const AtCorner& at : corners) {
+    if (places.size() < detail::kMostCorners) places.push_back(at.place);
+  }
+  return places;
+}
+
 // Supporting plane of a shape, its margin included.
 HalfSpaceField touching(const btConvexShape& shape, Vec3 outward_normal) {
   const btVector3 normal = to_bt(outward_normal);
@@ -187,6 +234,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
     }
   }
   faces_ = planes_.size();
+  sharp_ = sharp_corners_of(triangles_);
   // At edges and corners the faces' planes alone extend far beyond the body. Round bodies have only the planes added
   // here.
   const int more = has_faces() ? 42 : 162;

@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "runtime/bullet/partners/triangles.h"
@@ -22,6 +23,10 @@ class ConvexPlanes final : public detail::ConvexBody {
   /// @param from  position of the shell, shape's frame. [m]
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
   [[nodiscard]] bool has_faces() const override { return faces_ > 0; }
+
+  /// Corners of the shape of the last call of `of` that are as sharp as a cube's, without its margin: 16 at most, the
+  /// sharpest. [m]
+  [[nodiscard]] std::span<const Vec3> sharp_corners() const { return sharp_; }
 
   /// V at a place. Outside the core (the shape without its margin) it is that of the nearest place on it.
   /// @param bound  V of the planes there. [m]
@@ -50,6 +55,7 @@ class ConvexPlanes final : public detail::ConvexBody {
   std::uint64_t corners_ = 0;
   std::size_t faces_ = 0;  // number of planes of faces, which come first
   std::vector<HalfSpaceField> planes_;
+  std::vector<Vec3> sharp_;
   std::vector<Triangle> triangles_;              // of the faces, without the margin
   std::unique_ptr<btMultiSphereShape> thinner_;  // copy for GJK with a margin no larger than any sphere
 };

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
@@ -29,27 +30,26 @@ btTransform along_axis(int axis) {
   return btTransform(basis);
 }
 
-// Corners of a box, or of a hull of few corners.
-detail::Corners corners_of(const btCollisionShape& shape, std::array<Vec3, detail::kMostCorners>& places) {
+// All corners of a box or a hull; none of a hull of very many.
+detail::Corners all_corners_of(const btCollisionShape& shape, std::vector<Vec3>& places) {
+  constexpr int kMost = 128;
   const int type = shape.getShapeType();
-  if (type != BOX_SHAPE_PROXYTYPE && type != CONVEX_HULL_SHAPE_PROXYTYPE) return {};
+  places.clear();
   if (type == BOX_SHAPE_PROXYTYPE) {
     // Those of getVertex, without a virtual call for each.
     const Vec3 half = to_vec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin());
     const auto side = [](float most, std::size_t is_low) { return is_low != 0 ? -most : most; };
-    for (std::size_t i = 0; i < 8; ++i) places[i] = {side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)};
-    return {{places.data(), 8}, 0};
+    for (std::size_t i = 0; i < 8; ++i) {
+      places.push_back({side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)});
+    }
+    return {places, 0};
   }
-  const auto& solid = static_cast<const btPolyhedralConvexShape&>(shape);
-  const auto count = static_cast<std::size_t>(solid.getNumVertices());
-  if (count > places.size()) return {};
-  for (std::size_t i = 0; i < count; ++i) {
-    btVector3 vertex;
-    solid.getVertex(static_cast<int>(i), vertex);
-    places[i] = to_vec3(vertex);
-  }
+  if (type != CONVEX_HULL_SHAPE_PROXYTYPE) return {};
+  const auto& hull = static_cast<const btConvexHullShape&>(shape);
+  if (hull.getNumPoints() > kMost) return {};
+  for (int i = 0; i < hull.getNumPoints(); ++i) places.push_back(to_vec3(hull.getScaledPoint(i)));
   // The corners of a box are those of its faces; a hull is rounded by its margin.
-  return {{places.data(), count}, number(solid.getMargin())};
+  return {places, number(hull.getMargin())};
 }
 
 FieldRef ref_of(const OwnField& field) {
@@ -219,7 +219,19 @@ std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {
   if (!is_partner_field(shape.getShapeType())) return std::nullopt;
   field_ = own_field(shape, pair.field.world.invXform(pair.shell.world.getOrigin()), planes_);
   const bool is_polytope = std::holds_alternative<PolytopeField>(field_);
-  return with_radius({ref_of(field_), is_polytope ? &planes_ : nullptr, nullptr, corners_of(shape, corners_)});
+  detail::Partner partner = with_radius({ref_of(field_), is_polytope ? &planes_ : nullptr});
+  partner.hull = all_corners_of(shape, corners_);
+  const bool has_few = !corners_.empty() && corners_.size() <= detail::kMostCorners;
+  if (has_few) {
+    partner.corners = partner.hull;
+  } else if (is_polytope) {
+    // The others are facets.
+    partner.corners = {planes_.sharp_corners(), number(shape.getMargin())};
+  } else if (shape.getShapeType() == CONE_SHAPE_PROXYTYPE) {
+    tip_ = {0, 0, number(static_cast<const btConeShape&>(shape).getHeight() / 2)};
+    partner.corners = {{&tip_, 1}, number(shape.getMargin())};
+  }
+  return partner;
 }
 
 Status PairPartner::find(const QueryOptions& options, std::span<const detail::ContactPlace> known,

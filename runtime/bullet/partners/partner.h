@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
@@ -143,7 +144,8 @@ class PairPartner final : private detail::Sheet {
   OwnField field_;
   ConvexPlanes planes_;
   TriangleMemory triangles_;
-  std::array<Vec3, detail::kMostCorners> corners_;
+  std::vector<Vec3> corners_;  // of a box or hull
+  Vec3 tip_;                   // of a cone
 };
 
 }  // namespace vps::bullet

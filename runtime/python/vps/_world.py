@@ -167,8 +167,8 @@ class World:
             raise ValueError("the asset is closed")
         if asset._baked is None:  # bodies share it
             asset._baked = self._bullet.Baked(asset._bytes, asset.scale)
-        options = self._options(pose, _mass(mass, density, asset._baked.volume, fixed or kinematic), kinematic, friction,
-                                restitution)
+        options = self._options(pose, _mass(mass, density, asset._baked.volume, fixed or kinematic), fixed, kinematic,
+                                friction, restitution)
         return self._enter(self._world.add_baked(asset._baked, options), name)
 
     def add_box(self, half_extents: npt.ArrayLike, *, pose: npt.ArrayLike = _HERE, density: float | None = None,
@@ -179,7 +179,8 @@ class World:
         if not np.all(half_extents > 0):
             raise ValueError("half_extents: more than 0 m")
         volume = float(8 * np.prod(half_extents))
-        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
+        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), fixed, kinematic, friction,
+                                restitution)
         return self._enter(self._world.add_box(half_extents, options), name)
 
     def add_sphere(self, radius: float, *, pose: npt.ArrayLike = _HERE, density: float | None = None, mass: float | None = None,
@@ -190,13 +191,14 @@ class World:
         if not radius > 0:
             raise ValueError("radius: more than 0 m")
         volume = 4 / 3 * np.pi * radius**3
-        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
+        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), fixed, kinematic, friction,
+                                restitution)
         return self._enter(self._world.add_sphere(radius, options), name)
 
     def add_plane(self, normal: npt.ArrayLike = (0, 0, 1), offset: float = 0.0, *, friction: float = 0.5,
                   restitution: float = 0.0, name: str = "") -> Body:
         """Adds a fixed half-space: the solid is normal . p <= offset. offset: [m]"""
-        options = self._options(_HERE, 0.0, False, friction, restitution)
+        options = self._options(_HERE, 0.0, True, False, friction, restitution)
         return self._enter(self._world.add_plane(one_array("normal", normal, (3,)), number("offset", offset), options), name)
 
     def load_scene(self, manifest: Union[str, "os.PathLike[str]"]) -> dict[str, Body]:
@@ -219,9 +221,15 @@ class World:
         """Lets the first body only slide along an axis of the second, or of the world. axis: world frame, shape (3,)"""
         return Joint(self._world, self._world.add_slider(self._own(first), self._other(second), one_array("axis", axis, (3,))))
 
-    def _options(self, pose: npt.ArrayLike, mass: float, kinematic: bool, friction: float, restitution: float) -> Any:
+    def _options(self, pose: npt.ArrayLike, mass: float, fixed: bool, kinematic: bool, friction: float,
+                 restitution: float) -> Any:
+        if fixed and kinematic:
+            raise ValueError("fixed and kinematic: one of the two")
+        restitution = number("restitution", restitution)
+        if not 0 <= restitution <= 1:
+            raise ValueError("restitution: 0 to 1")
         return self._bullet.BodyOptions(one_array("pose", pose, (4, 4)), mass, bool(kinematic), number("friction", friction),
-                                        number("restitution", restitution))
+                                        restitution)
 
     def _enter(self, index: int, name: str) -> Body:
         self.bodies.append(Body(self._world, index, name))

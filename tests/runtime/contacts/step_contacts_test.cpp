@@ -421,6 +421,42 @@ TEST(StepContacts, ABallIsFoundWhereverItTouchesABody) {
   is_found_at(RevolvedField{Profile::cone, 0.02F, 0.03F, 0.002F});
 }
 
+TEST(StepContacts, ACapsuleAcrossAnEdgeIsFound) {
+  constexpr float kAcross = 0.01F;
+  constexpr float kHalf = 0.015F;
+  Random random;
+  Step step;
+  for (int n = 0; n < 300; ++n) {
+    Pose pose = random_pose(random, 1);
+    const Pose other = random_pose(random, 1);
+    const auto depth_at = [&](double way) {
+      for (int i = 0; i < 3; ++i) pose.translation[i] = way * other.rotation[3 * i + 2];
+      double nearest = 1;
+      for (int k = -60; k <= 60; ++k) {
+        double squared = 0;
+        for (int i = 0; i < 3; ++i) {
+          const double at = pose.translation[i] + double{kHalf} * k / 60 * pose.rotation[3 * i + 2];
+          squared += std::pow(std::max(std::abs(at) - 0.02, 0.0), 2);
+        }
+        nearest = std::min(nearest, std::sqrt(squared));
+      }
+      return double{kAcross} - nearest;
+    };
+    double in = 0;
+    double out = 1;
+    for (int i = 0; i < 30; ++i) {
+      const double middle = (in + out) / 2;
+      (depth_at(middle) > 0.7 * kVoxelSize ? in : out) = middle;
+    }
+    const double depth = depth_at(in);
+    const RevolvedField capsule{RevolvedField::Profile::capsule, kAcross, kHalf, 0};
+    ASSERT_EQ(step.find(cube().at(0, 0, 0), {capsule, pose}), Status::ok);
+    float deepest = -1;
+    for (const StepContact& contact : step.contacts) deepest = std::max(deepest, contact.penetration);
+    EXPECT_NEAR(deepest, depth, 0.3 * kVoxelSize) << n;
+  }
+}
+
 TEST(StepContacts, RefusesWhatItCannotAnswer) {
   const HalfSpaceField plane;
   const SphereField sphere{0.01F};
