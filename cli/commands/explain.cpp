@@ -80,7 +80,7 @@ void explain_now(const LastRun& last) {
     print_lines("now: the same batch would not try it again, as its mesh, its settings and the program are the same\n");
     return;
   }
-  print_lines("now: {}\n", now.reasons.empty()      ? "up to date"
+  print_lines("now: {}\n", now.reasons.empty()     ? "up to date"
                            : !job->refusal.empty() ? "the same batch would refuse it"
                                                    : "the same batch would bake it again");
   for (const std::string& reason : now.reasons) print_lines("  {}\n", reason);

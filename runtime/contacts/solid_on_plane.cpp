@@ -60,8 +60,10 @@ class Outermost {
     const float across = std::hypot(down.x, down.y);
     constexpr float kUpright = 1e-3F;  // the deepest place of a level rim is any
     const Vec3 u = across > kUpright ? (radius / across) * Vec3{down.x, down.y, 0} : Vec3{radius, 0, 0};
-    const Vec3 v{-u.y, u.x, 0};
-    for (const Vec3 place : {u, v, -1.0F * u, -1.0F * v}) add(place + Vec3{0, 0, height});
+    add({u.x, u.y, height});
+    add({-u.y, u.x, height});
+    add({-u.x, -u.y, height});
+    add({u.y, -u.x, height});
   }
   void add(Vec3 place) { round_[count_++] = place; }
 

@@ -32,7 +32,7 @@ btTransform along_axis(int axis) {
 
 // All corners of a box or a hull; none of a hull of very many.
 detail::Corners all_corners_of(const btCollisionShape& shape, std::vector<Vec3>& places) {
-  constexpr int kMost = 128;
+  constexpr int kMost = 1024;
   const int type = shape.getShapeType();
   places.clear();
   if (type == BOX_SHAPE_PROXYTYPE) {
