@@ -213,6 +213,15 @@ TEST(BatchParts, ExplainNamesTheSettingThatChanged) {
   expect_refusal(folder, "explain absent.vps.hdf", 2, "absent.vps.hdf");
 }
 
+TEST(BatchParts, ExplainKnowsWhatTheSameBatchWouldRefuse) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o out --voxel 10mm").code, 0);
+  folder.add_text("cube.off", "OFF\n0 0 0\n");  // would be written to the same asset
+  const Outcome now = vpsbake(folder, "explain out/cube.vps.hdf");
+  EXPECT_NE(now.out.find("now: the same batch would refuse it\n"), std::string::npos) << now.out;
+}
+
 // Starts a batch without waiting for it; its output is not read.
 pid_t start(const BatchFolder& folder, const std::string& arguments) {
   const std::string command = "cd " + folder.path().string() + " && exec " + VPSBAKE + " " + arguments;
