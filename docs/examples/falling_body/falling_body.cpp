@@ -110,6 +110,10 @@ int main(int argc, char** argv) {
     }
   }
   motion << "]}\n";
+  if (argc == 4 && !motion.flush()) {
+    std::fprintf(stderr, "falling_body: %s: cannot be written\n", argv[3]);
+    return 1;
+  }
 
   const btScalar height = falling.getWorldTransform().getOrigin().z() + lowest(falling_shape);
   const bool lies = height < btScalar(0.0005) && falling.getLinearVelocity().length() < btScalar(0.005);
