@@ -91,9 +91,17 @@ float value_at(const RevolvedField& solid, Vec3 p) noexcept {
   return in_profile(solid, std::hypot(p.x, p.y), p.z).v;
 }
 float value_at(const PolytopeField& solid, Vec3 p) noexcept {
-  float least = std::numeric_limits<float>::infinity();
-  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, below(plane, p));
-  return least;
+  // Four at once: each minimum waits for the one before.
+  constexpr std::size_t kAtOnce = 4;
+  float least[kAtOnce];
+  std::fill_n(least, kAtOnce, std::numeric_limits<float>::infinity());
+  const std::span<const HalfSpaceField> planes = solid.planes;
+  std::size_t i = 0;
+  for (; i + kAtOnce <= planes.size(); i += kAtOnce) {
+    for (std::size_t k = 0; k < kAtOnce; ++k) least[k] = std::min(least[k], below(planes[i + k], p));
+  }
+  for (; i < planes.size(); ++i) least[0] = std::min(least[0], below(planes[i], p));
+  return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
 }
 
 Vec3 normal_at(const BoxField& field, Vec3 point) noexcept {

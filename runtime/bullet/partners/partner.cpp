@@ -34,16 +34,15 @@ btTransform along_axis(int axis) {
 detail::Corners all_corners_of(const btCollisionShape& shape, std::vector<Vec3>& places) {
   constexpr int kMost = 1024;
   const int type = shape.getShapeType();
-  places.clear();
   if (type == BOX_SHAPE_PROXYTYPE) {
     // Those of getVertex, without a virtual call for each.
     const Vec3 half = to_vec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin());
     const auto side = [](float most, std::size_t is_low) { return is_low != 0 ? -most : most; };
-    for (std::size_t i = 0; i < 8; ++i) {
-      places.push_back({side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)});
-    }
+    places.resize(8);
+    for (std::size_t i = 0; i < 8; ++i) places[i] = {side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)};
     return {places, 0};
   }
+  places.clear();
   if (type != CONVEX_HULL_SHAPE_PROXYTYPE) return {};
   const auto& hull = static_cast<const btConvexHullShape&>(shape);
   if (hull.getNumPoints() > kMost) return {};
