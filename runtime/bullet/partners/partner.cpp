@@ -140,6 +140,7 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
 }
 
 WayAhead way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead) {
+  using detail::operator-;
   if (!finds_ahead(first, second, ahead)) return {};
   const StepMotion motions[] = {motion_in_step(first, step), motion_in_step(second, step)};
   const detail::Approach approach = detail::approach(motions[0], motions[1], 0);
