@@ -3,10 +3,31 @@
 // exchanged.
 #include "runtime/contacts/corner_contacts.h"
 
+#include <type_traits>
+
 #include "runtime/contacts/refine_contact.h"
+#include "runtime/contacts/step_pair.h"
 #include "runtime/fields/penetration.h"
 
 namespace vps::detail {
+
+void set_corners(std::array<Vec3, 8>& room, Partner& partner) noexcept {
+  partner.field.visit([&](const auto& body) {
+    using Kind = std::remove_cvref_t<decltype(body)>;
+    if constexpr (std::is_same_v<Kind, BoxField>) {
+      const Vec3 h = body.half_extents;
+      for (std::size_t i = 0; i < room.size(); ++i) {
+        room[i] = {(i & 1) != 0 ? -h.x : h.x, (i & 2) != 0 ? -h.y : h.y, (i & 4) != 0 ? -h.z : h.z};
+      }
+      partner.corners.places = partner.hull.places = room;
+    }
+    if constexpr (std::is_same_v<Kind, RevolvedField>) {
+      if (body.profile != RevolvedField::Profile::cone) return;
+      room[0] = {0, 0, body.half_height};
+      partner.corners = {{room.data(), 1}, body.rounding};
+    }
+  });
+}
 
 void add_corner_contact(const VoxelmapView& map, const Transform& to_map, Vec3 corner, CornerReach reach,
                         std::uint32_t number, std::vector<Contact>& contacts) {

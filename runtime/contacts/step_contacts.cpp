@@ -92,14 +92,6 @@ FieldBox box_of(const StepBody& body) noexcept {
   });
 }
 
-std::array<Vec3, 8> corners_of(Vec3 h) noexcept {
-  std::array<Vec3, 8> corners;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    corners[i] = {(i & 1) != 0 ? h.x : -h.x, (i & 2) != 0 ? h.y : -h.y, (i & 4) != 0 ? h.z : -h.z};
-  }
-  return corners;
-}
-
 bool is_finite(const StepMotion& motion) noexcept {
   double sum = double{motion.radius};
   for (const double x : motion.centre) sum += x;
@@ -138,12 +130,7 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
                       motion_of(field)};
   Partner partner{field.field};
   std::array<Vec3, 8> corners;
-  field.field.visit([&](const auto& body) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(body)>, BoxField>) {
-      corners = corners_of(body.half_extents);
-      partner.corners.places = partner.hull.places = corners;
-    }
-  });
+  set_corners(corners, partner);
   // Between coarse points that are a little apart the surfaces may touch.
   const float touching = pair.touching();
   const float near = contact_distance(pair.voxel_size, spacing_vx(pair.shell, pair.shell_voxel));

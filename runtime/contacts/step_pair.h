@@ -126,6 +126,10 @@ struct Partner {
   [[nodiscard]] const VoxelmapView* map() const noexcept { return sheet == nullptr ? field.voxelmap() : nullptr; }
 };
 
+/// Sets the corners of a partner whose field is a box, or a cone, which has its tip. Others keep theirs.
+/// @param room  where they are kept
+void set_corners(std::array<Vec3, 8>& room, Partner& partner) noexcept;
+
 /// A pose of the shell in the field's frame at which something held; none: it never did.
 using Stand = std::optional<Pose>;
 

@@ -133,7 +133,7 @@ class Batch {
            const char* limits = vps_status_text(vps_bad_argument)) {
     using Clock = std::chrono::steady_clock;
     constexpr std::chrono::milliseconds kTurn(100);
-    std::size_t most = 16;
+    std::size_t most = 64;
     for (Part part; part.begin < count; part.begin += part.count) {
       part.count = std::min(most, count - part.begin);
       VpsStatus status = vps_ok;
@@ -141,7 +141,7 @@ class Batch {
         const py::gil_scoped_release release;
         const Clock::time_point begin = Clock::now();
         status = call(batch_, part);
-        most = Clock::now() - begin < kTurn ? 2 * most : std::max<std::size_t>(most / 2, 1);
+        most = Clock::now() - begin < kTurn ? 4 * most : std::max<std::size_t>(most / 4, 1);
       }
       if (status != vps_ok) {
         std::size_t refused = 0;

@@ -224,6 +224,11 @@ void ConvexPlanes::build(const btConvexShape& shape) {
   planes_.clear();
   triangles_.clear();
   const std::vector<btVector3> corners = corners_of(shape);
+  constexpr std::size_t kMostOfHull = 1024;
+  hull_points_.clear();
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE && corners.size() <= kMostOfHull) {
+    for (const btVector3& corner : corners) hull_points_.push_back(to_vec3(corner));
+  }
   if (corners.size() >= 4) {
     btConvexHullComputer hull;
     hull.compute(&corners[0][0], sizeof(btVector3), static_cast<int>(corners.size()), 0, 0);

@@ -24,6 +24,9 @@ class ConvexPlanes final : public detail::ConvexBody {
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
   [[nodiscard]] bool has_faces() const override { return faces_ > 0; }
 
+  /// All points of a btConvexHullShape, the one of the last call of `of`, without its margin; none of one of more than
+  /// 1024, and none of other shapes. [m]
+  [[nodiscard]] std::span<const Vec3> hull_points() const { return hull_points_; }
   /// Corners of the shape of the last call of `of` that are as sharp as a cube's, without its margin: 16 at most, the
   /// sharpest. [m]
   [[nodiscard]] std::span<const Vec3> sharp_corners() const { return sharp_; }
@@ -55,7 +58,7 @@ class ConvexPlanes final : public detail::ConvexBody {
   std::uint64_t corners_ = 0;
   std::size_t faces_ = 0;  // number of planes of faces, which come first
   std::vector<HalfSpaceField> planes_;
-  std::vector<Vec3> sharp_;
+  std::vector<Vec3> hull_points_, sharp_;
   std::vector<Triangle> triangles_;              // of the faces, without the margin
   std::unique_ptr<btMultiSphereShape> thinner_;  // copy for GJK with a margin no larger than any sphere
 };

@@ -5,7 +5,6 @@
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
-#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
@@ -28,27 +27,6 @@ btTransform along_axis(int axis) {
   btMatrix3x3 basis(0, 0, 0, 0, 0, 0, 0, 0, 0);
   for (int i = 0; i < 3; ++i) basis[(axis + 1 + i) % 3][i] = 1;
   return btTransform(basis);
-}
-
-// All corners of a box or a hull; none of a hull of very many.
-detail::Corners all_corners_of(const btCollisionShape& shape, std::vector<Vec3>& places) {
-  constexpr int kMost = 1024;
-  const int type = shape.getShapeType();
-  if (type == BOX_SHAPE_PROXYTYPE) {
-    // Those of getVertex, without a virtual call for each.
-    const Vec3 half = to_vec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin());
-    const auto side = [](float most, std::size_t is_low) { return is_low != 0 ? -most : most; };
-    places.resize(8);
-    for (std::size_t i = 0; i < 8; ++i) places[i] = {side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)};
-    return {places, 0};
-  }
-  places.clear();
-  if (type != CONVEX_HULL_SHAPE_PROXYTYPE) return {};
-  const auto& hull = static_cast<const btConvexHullShape&>(shape);
-  if (hull.getNumPoints() > kMost) return {};
-  for (int i = 0; i < hull.getNumPoints(); ++i) places.push_back(to_vec3(hull.getScaledPoint(i)));
-  // The corners of a box are those of its faces; a hull is rounded by its margin.
-  return {places, number(hull.getMargin())};
 }
 
 FieldRef ref_of(const OwnField& field) {
@@ -220,16 +198,14 @@ std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {
   field_ = own_field(shape, pair.field.world.invXform(pair.shell.world.getOrigin()), planes_);
   const bool is_polytope = std::holds_alternative<PolytopeField>(field_);
   detail::Partner partner = with_radius({ref_of(field_), is_polytope ? &planes_ : nullptr});
-  partner.hull = all_corners_of(shape, corners_);
-  const bool has_few = !corners_.empty() && corners_.size() <= detail::kMostCorners;
-  if (has_few) {
-    partner.corners = partner.hull;
-  } else if (is_polytope) {
-    // The others are facets.
-    partner.corners = {planes_.sharp_corners(), number(shape.getMargin())};
-  } else if (shape.getShapeType() == CONE_SHAPE_PROXYTYPE) {
-    tip_ = {0, 0, number(static_cast<const btConeShape&>(shape).getHeight() / 2)};
-    partner.corners = {{&tip_, 1}, number(shape.getMargin())};
+  detail::set_corners(corners_, partner);
+  if (is_polytope) {
+    const float margin = number(shape.getMargin());  // which rounds it
+    partner.hull = {planes_.hull_points(), margin};
+    const std::size_t count = partner.hull.places.size();
+    // Those of a hull of many are facets, but for sharp ones.
+    const bool are_few = count > 0 && count <= detail::kMostCorners;
+    partner.corners = are_few ? partner.hull : detail::Corners{planes_.sharp_corners(), margin};
   }
   return partner;
 }

@@ -6,7 +6,6 @@
 #include <array>
 #include <optional>
 #include <variant>
-#include <vector>
 
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
@@ -144,8 +143,7 @@ class PairPartner final : private detail::Sheet {
   OwnField field_;
   ConvexPlanes planes_;
   TriangleMemory triangles_;
-  std::vector<Vec3> corners_;  // of a box or hull
-  Vec3 tip_;                   // of a cone
+  std::array<Vec3, 8> corners_;  // of a box; the first: the tip of a cone
 };
 
 }  // namespace vps::bullet

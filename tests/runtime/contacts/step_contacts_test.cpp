@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -454,6 +455,20 @@ TEST(StepContacts, ACapsuleAcrossAnEdgeIsFound) {
     float deepest = -1;
     for (const StepContact& contact : step.contacts) deepest = std::max(deepest, contact.penetration);
     EXPECT_NEAR(deepest, depth, 0.3 * kVoxelSize) << n;
+  }
+}
+
+TEST(StepContacts, TheTipOfAConeIsFoundBetweenThePoints) {
+  Step step;
+  const RevolvedField cone{RevolvedField::Profile::cone, 0.004F, 0.02F, 0};
+  Pose pose = turned_about_x(std::numbers::pi);
+  pose.translation[2] = 0.04 - 0.4 * kVoxelSize;
+  for (int n = 0; n < 10; ++n) {
+    pose.translation[0] = 3.7e-4 * n;
+    pose.translation[1] = -2.3e-4 * n;
+    ASSERT_EQ(step.find(cube().at(0, 0, 0), {cone, pose}), Status::ok);
+    ASSERT_FALSE(step.contacts.empty()) << n;
+    EXPECT_NEAR(step.contacts[0].penetration, 0.4 * kVoxelSize, 0.1 * kVoxelSize) << n;
   }
 }
 
