@@ -45,13 +45,14 @@ void add_corner_contact(const VoxelmapView& map, const Transform& to_map, Vec3 c
 bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, const Transform& to_map,
                          const Corners& corners, float reach, std::vector<Contact>& contacts) {
   const Vec3 centre = sphere_centre(shell, 0);
-  const float farthest = sphere_radius(shell, 0) + reach + corners.margin;
   const std::size_t before = contacts.size();
   for (std::size_t i = 0; i < corners.places.size(); ++i) {
+    const float rounding = corners.rounding(i);
+    const float farthest = sphere_radius(shell, 0) + reach + rounding;
     const Vec3 at = to_map.apply(corners.places[i]);
     const Vec3 away = at - centre;
-    if (!(dot(away, away) <= farthest * farthest) || vps::penetration(map, at, {}) + corners.margin < -reach) continue;
-    add_corner_contact(map, to_map, corners.places[i], {-reach - corners.margin, corners.margin},
+    if (!(dot(away, away) <= farthest * farthest) || vps::penetration(map, at, {}) + rounding < -reach) continue;
+    add_corner_contact(map, to_map, corners.places[i], {-reach - rounding, rounding},
                        shell.points + static_cast<std::uint32_t>(i), contacts);
   }
   return contacts.size() > before;

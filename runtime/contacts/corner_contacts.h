@@ -16,8 +16,11 @@ inline constexpr std::uint32_t kMostCorners = 16;
 
 /// Corners of a solid in its own frame.
 struct Corners {
-  std::span<const Vec3> places;  ///< [m]
-  float margin = 0;              ///< by which it is rounded. [m]
+  std::span<const Vec3> places;       ///< [m]
+  float margin = 0;                   ///< by which it is rounded. [m]
+  std::span<const float> radii = {};  ///< of balls around the places, instead of the margin; empty: none. [m]
+
+  [[nodiscard]] float rounding(std::size_t i) const noexcept { return radii.empty() ? margin : radii[i]; }
 };
 
 /// Which corners are contacts.

@@ -244,9 +244,12 @@ void use_distances(const FieldQuery& query, const Round& round, FoundContacts& f
 // Whether a corner lies near the sphere around the shell.
 bool is_any_near(const Corners& corners, const StepPair& pair, float reach) {
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
-  const float farthest = sphere_radius(pair.shell, 0) + reach + corners.margin + pair.touching();
-  return std::any_of(corners.places.begin(), corners.places.end(),
-                     [&](Vec3 place) { return dot(place - centre, place - centre) <= farthest * farthest; });
+  for (std::size_t i = 0; i < corners.places.size(); ++i) {
+    const Vec3 away = corners.places[i] - centre;
+    const float farthest = sphere_radius(pair.shell, 0) + reach + corners.rounding(i) + pair.touching();
+    if (dot(away, away) <= farthest * farthest) return true;
+  }
+  return false;
 }
 
 // Corners may lie between the points of the shell.

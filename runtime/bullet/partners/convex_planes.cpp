@@ -220,7 +220,16 @@ void ConvexPlanes::build(const btConvexShape& shape) {
   margin_ = shape.getMargin();
   corners_ = fingerprint(shape);
   thinner_.reset();
-  if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
+  sphere_centres_.clear();
+  sphere_radii_.clear();
+  if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) {
+    thinner_ = with_core(*spheres);
+    const btVector3& scaling = spheres->getLocalScaling();
+    for (int i = 0; i < spheres->getSphereCount(); ++i) {
+      sphere_centres_.push_back(to_vec3(spheres->getSpherePosition(i) * scaling));
+      sphere_radii_.push_back(static_cast<float>(spheres->getSphereRadius(i) * scaling[scaling.minAxis()]));
+    }
+  }
   planes_.clear();
   triangles_.clear();
   const std::vector<btVector3> corners = corners_of(shape);

@@ -30,6 +30,8 @@ class ConvexPlanes final : public detail::ConvexBody {
   /// Corners of the shape of the last call of `of` that are as sharp as a cube's, without its margin: 16 at most, the
   /// sharpest. [m]
   [[nodiscard]] std::span<const Vec3> sharp_corners() const { return sharp_; }
+  /// The spheres of a btMultiSphereShape: centres and radii; none of other shapes. [m]
+  [[nodiscard]] detail::Corners spheres() const { return {sphere_centres_, 0, sphere_radii_}; }
 
   /// V at a place. Outside the core (the shape without its margin) it is that of the nearest place on it.
   /// @param bound  V of the planes there. [m]
@@ -58,7 +60,8 @@ class ConvexPlanes final : public detail::ConvexBody {
   std::uint64_t corners_ = 0;
   std::size_t faces_ = 0;  // number of planes of faces, which come first
   std::vector<HalfSpaceField> planes_;
-  std::vector<Vec3> hull_points_, sharp_;
+  std::vector<Vec3> hull_points_, sharp_, sphere_centres_;
+  std::vector<float> sphere_radii_;
   std::vector<Triangle> triangles_;              // of the faces, without the margin
   std::unique_ptr<btMultiSphereShape> thinner_;  // copy for GJK with a margin no larger than any sphere
 };

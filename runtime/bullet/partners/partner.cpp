@@ -206,6 +206,7 @@ std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {
     // Those of a hull of many are facets, but for sharp ones.
     const bool are_few = count > 0 && count <= detail::kMostCorners;
     partner.corners = are_few ? partner.hull : detail::Corners{planes_.sharp_corners(), margin};
+    if (partner.corners.places.empty()) partner.corners = planes_.spheres();
   }
   return partner;
 }

@@ -54,6 +54,37 @@ TEST(Solids, TipsMeetABallBetweenItsPoints) {
   }
 }
 
+TEST(Solids, SmallSpheresOfAMultiSphereMeetASlabBetweenItsPoints) {
+  constexpr double kTop = 0.04;
+  constexpr double kVoxel = 0.004;
+  bullet::Shape slab(baked_at(make_box({0.2, 0.2, kTop}), kVoxel));
+  const btVector3 centres[] = {at(3, 3, 3), at(-3, -3, 3), at(-3, 3, -3), at(3, -3, -3)};
+  const btScalar radii[] = {btScalar(0.04), btScalar(0.04), btScalar(0.2), btScalar(0.4)};
+  Random random;
+  for (const double scale : {0.01, 0.005}) {
+    btMultiSphereShape shape(centres, radii, 4);
+    shape.setLocalScaling(at(scale, scale, scale));
+    for (int start = 0; start < 10; ++start) {
+      World scene;
+      scene.add(slab, 0, at(0, 0, 0));
+      const std::array<double, 9> r = random.rotation();
+      btTransform pose(btQuaternion::getIdentity(), at(0, 0, kTop + 0.08));
+      for (int i = 0; i < 3; ++i) pose.getBasis()[i] = at(r[3 * i], r[3 * i + 1], r[3 * i + 2]);
+      btRigidBody& body = scene.add(shape, btScalar(0.2), pose);
+      body.setLinearVelocity(at(0, 0, -0.5));
+      double deepest = 0;
+      for (int step = 0; step < 300; ++step) {
+        scene.step(1, btScalar(0.001));
+        for (std::size_t i = 0; i < 4; ++i) {
+          const btVector3 centre = body.getWorldTransform() * (btScalar(scale) * centres[i]);
+          deepest = std::max(deepest, kTop + scale * double(radii[i]) - double(centre.z()));
+        }
+      }
+      EXPECT_LT(deepest, 0.5 * kVoxel) << scale << ", start " << start;
+    }
+  }
+}
+
 TEST(Solids, HullsOfManyCornersAreNotPushedSidewaysByFlatGround) {
   bullet::Shape ground(baked_at(make_box({0.4, 0.4, 0.04}), 0.004));
   for (const int count : {17, 40, 300}) {
