@@ -32,6 +32,10 @@ bool any_matches(const std::vector<std::string>& globs, const std::string& path)
   return std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) { return glob_matches(glob, path); });
 }
 
+void drop_matching(const std::string& path, std::set<std::string>& globs) {
+  std::erase_if(globs, [&](const std::string& glob) { return glob_matches(glob, path); });
+}
+
 void overlay(const OptionTexts& on_top, OptionTexts& out) {
   // These three set the same: one of them on top replaces all of them below.
   for (const char* const grid : {"voxel", "resolution", "max-error"}) {
@@ -43,7 +47,9 @@ void overlay(const OptionTexts& on_top, OptionTexts& out) {
 
 class Finder {
  public:
-  Finder(const Inputs& inputs, const OptionReader& reader) : inputs_(inputs), reader_(reader) {}
+  Finder(const Inputs& inputs, const OptionReader& reader) : inputs_(inputs), reader_(reader) {
+    for (const auto* const globs : {&inputs.include, &inputs.exclude}) idle_.insert(globs->begin(), globs->end());
+  }
 
   [[nodiscard]] const SettingsRead& settings() const { return settings_; }
 
@@ -61,6 +67,7 @@ class Finder {
       }
     }
     if (jobs_.empty()) throw BatchError(inputs_.paths.front(), "no mesh is found; check the folder and the globs");
+    for (const std::string& glob : idle_) settings_.idle.push_back({"command line", glob});
     std::sort(jobs_.begin(), jobs_.end(),
               [](const Job& a, const Job& b) { return std::tie(a.output, a.mesh) < std::tie(b.output, b.mesh); });
     drop_repeated();
@@ -140,7 +147,8 @@ class Finder {
   }
 
   // @param path  relative to the given folder; with a slash at the end it means all below that folder
-  [[nodiscard]] bool is_excluded(const std::string& path) const {
+  bool is_excluded(const std::string& path) {
+    drop_matching(path, idle_);
     return any_matches(inputs_.exclude, path) || std::any_of(layers_.begin(), layers_.end(), [&](const Layer& layer) {
              return any_matches(layer.settings.exclude, path.substr(layer.folder.size()));
            });
@@ -148,11 +156,7 @@ class Finder {
 
   // @param path  relative to `root`
   void add(const fs::path& root, const std::string& path) {
-    for (Layer& layer : layers_) {
-      std::erase_if(layer.idle, [&, rest = path.substr(layer.folder.size())](const std::string& glob) {
-        return glob_matches(glob, rest);
-      });
-    }
+    for (Layer& layer : layers_) drop_matching(path.substr(layer.folder.size()), layer.idle);
     if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
     Job job{root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {},
@@ -209,7 +213,8 @@ class Finder {
 
   const Inputs& inputs_;
   const OptionReader& reader_;
-  std::vector<Layer> layers_;  // of the folders from the given one to the present one
+  std::set<std::string> idle_;  // globs of `inputs_` that have matched nothing yet
+  std::vector<Layer> layers_;   // of the folders from the given one to the present one
   std::vector<Job> jobs_;
   SettingsRead settings_;
 };

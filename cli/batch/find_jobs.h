@@ -30,7 +30,8 @@ struct SettingsRead {
     std::string glob;
   };
   std::vector<std::filesystem::path> files;  ///< vpsbake.toml and lists
-  /// Globs of [[files]] that match no mesh of their folder. Empty where the inputs choose some of the meshes.
+  /// Globs of the inputs that match nothing, and, unless the inputs choose some of the meshes, those of [[files]] that
+  /// match no mesh of their folder.
   std::vector<IdleGlob> idle;
 };
 

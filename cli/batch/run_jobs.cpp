@@ -299,6 +299,7 @@ class Runner {
         result.error = fmt::format("not baked in {:g} s; raise --timeout or choose larger voxels", options_.timeout);
         break;
       case End::stopped:
+        result.state = State::not_started;  // nothing of it is left
         result.code = kIo;
         result.error = "stopped while it was baked; run the batch again";
         break;

@@ -48,8 +48,13 @@ Json start_json(const CacheArguments& arguments, const char* action) {
   return {{"format", "vpsbake cache 1"}, {"action", action}, {"cache", arguments.folder}};
 }
 
+void note_empty(const CacheArguments& arguments, std::uint64_t entries) {
+  if (entries == 0) complain("note", arguments.folder, "it holds no assets; check that it is the folder of a cache");
+}
+
 int print_usage(const CacheArguments& arguments) {
   const bake::CacheUsage usage = bake::cache_usage(arguments.folder);
+  note_empty(arguments, usage.entries);
   if (arguments.json) {
     Json json = start_json(arguments, "stats");
     json["entries"] = usage.entries;
@@ -74,6 +79,7 @@ int print_usage(const CacheArguments& arguments) {
 int prune(const CacheArguments& arguments) {
   const bake::PrunedCache pruned = bake::prune_cache(
       arguments.folder, arguments.max_bytes, arguments.dry_run ? bake::PruneMode::dry_run : bake::PruneMode::remove);
+  note_empty(arguments, pruned.entries + pruned.removed);
   if (arguments.json) {
     Json json = start_json(arguments, "prune");
     json["max_bytes"] = arguments.max_bytes;
@@ -102,6 +108,7 @@ int prune(const CacheArguments& arguments) {
 int verify(const CacheArguments& arguments) {
   const bake::CheckedCache checked = bake::verify_cache(
       arguments.folder, arguments.remove ? bake::VerifyMode::remove_damaged : bake::VerifyMode::report);
+  note_empty(arguments, checked.entries + checked.other_versions);
   for (const bake::DamagedEntry& entry : checked.damaged)
     complain("error", entry.file.string(),
              entry.reason + (entry.removed ? "; it was removed" : "; remove it with --remove"));

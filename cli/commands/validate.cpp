@@ -31,6 +31,7 @@ struct ValidateArguments {
   std::vector<std::string> files;
   BakeArguments mesh;
   MeshCheckOptions options;
+  Verbosity verbosity = Verbosity::usual;
   bool strict = false;
   bool json = false;
 };
@@ -126,7 +127,17 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
   if (!mesh) return;
   bake::BakeOptions options = arguments.mesh.options;
   options.voxel_size = asset.info().voxel_size;
-  check_against_mesh(asset, bake::closed_mesh(*mesh, options).mesh, arguments.options, checks);
+  const bake::ClosedMesh closed = [&] {
+    try {
+      return bake::closed_mesh(*mesh, options);
+    } catch (const bake::BakeError& error) {
+      // A mesh in another unit does not fit the asset's voxels.
+      const std::string refusal = mesh_refusal(asset.info(), *mesh);
+      if (refusal.empty()) throw;
+      throw bake::BakeError(error.stage, refusal);
+    }
+  }();
+  check_against_mesh(asset, closed.mesh, arguments.options, checks);
 }
 
 int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
@@ -140,14 +151,15 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
   } catch (const bake::BakeError& of_mesh) {
     refusal = of_mesh.what();
   }
-  if (!arguments.json) print_validate(validation);
+  const bool prints = !arguments.json && arguments.verbosity != Verbosity::quiet;
+  if (prints) print_validate(validation);
   if (!refusal.empty()) return fail(kBadInput, arguments.mesh.mesh, refusal);
   std::string failed;
   for (const Check& check : validation.checks) {
     if (counts(check, arguments.strict)) failed += (failed.empty() ? "" : ", ") + check.name;
   }
   if (failed.empty()) {
-    if (!arguments.json)
+    if (prints)
       print_lines("{}: {}, {} checks\n", one_line(validation.file), painted("valid", TextColour::green, STDOUT_FILENO),
                   validation.checks.size());
     return kOk;
@@ -192,6 +204,7 @@ Command add_validate_command(CLI::App& app) {
       ->option_text("N");
   validate->add_flag("--strict", arguments->strict, "Count warnings, and what could not be checked, as failures");
   validate->add_flag("--json", arguments->json, "Print JSON")->group("Output");
+  add_verbosity_options(*validate, arguments->verbosity, "Print errors only", nullptr);
   add_surface_options(*validate, arguments->mesh);
   add_import_options(*validate, arguments->mesh);
   add_format_option(*validate, arguments->mesh);

@@ -13,6 +13,7 @@
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/validate/check.h"
 #include "cli/tools/view/motion_data.h"
 #include "cli/tools/view/page.h"
 #include "cli/tools/view/view_data.h"
@@ -26,29 +27,6 @@ struct ViewArguments {
   BakeArguments mesh;                ///< --mesh and how to read it; mesh.output is the page
   bool open = false;                 ///< in a browser
 };
-
-// Why the mesh cannot be the asset's; empty when their bounds agree to two voxels.
-std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
-  std::array<double, 3> low = mesh.vertices.at(0), high = low;
-  for (const auto& p : mesh.vertices) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-  double off = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    off = std::max({off, std::abs(low[k] - info.bounds_min[k]), std::abs(high[k] - info.bounds_max[k])});
-  if (off <= 2 * info.voxel_size) return "";
-  const auto size = [](double x, double y, double z) {
-    return fmt::format("{} x {} x {}", bake::format_length(x), bake::format_length(y), bake::format_length(z));
-  };
-  return fmt::format(
-      "the asset was not baked from this mesh: its bounds are {} off, {} against {}; check --unit and --scale",
-      bake::format_length(off), size(high[0] - low[0], high[1] - low[1], high[2] - low[2]),
-      size(info.bounds_max[0] - info.bounds_min[0], info.bounds_max[1] - info.bounds_min[1],
-           info.bounds_max[2] - info.bounds_min[2]));
-}
 
 int write_page(const ViewArguments& arguments, const std::filesystem::path& output, std::string_view page) {
   const int code = write_output(output, page);

@@ -9,6 +9,7 @@
 
 #include "cli/tools/standard_streams.h"
 #include "formats/hdf5/hdf5_writer.h"
+#include "formats/mesh/mesh_import.h"
 #include "formats/vps_format.h"
 
 namespace vps::cli {
@@ -55,6 +56,7 @@ std::string cache_refusal(const fs::path& folder) {
 }
 
 std::string asset_refusal(const fs::path& output) {
+  if (has_mesh_extension(output)) return "its name is that of a mesh; choose one that ends in .vps.hdf";
   return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
 }
 

@@ -15,7 +15,7 @@ namespace vps::cli {
 [[nodiscard]] std::string output_refusal(const std::filesystem::path& output, std::string_view beginning,
                                          const char* kind);
 
-/// `output_refusal` of an asset.
+/// `output_refusal` of an asset. It may not have the name of a mesh.
 [[nodiscard]] std::string asset_refusal(const std::filesystem::path& output);
 
 /// Makes the folder of a cache where it does not exist. @return why it cannot be made; empty when it exists or no

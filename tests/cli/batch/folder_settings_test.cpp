@@ -43,6 +43,8 @@ TEST(FolderSettings, AGlobThatMatchesNoMeshIsNoted) {
   EXPECT_EQ(vpsbake(folder, std::string(kBakeAll) + " -q").err, "");
   EXPECT_EQ(vpsbake(folder, std::string(kBakeAll) + " --include '*.obj'").err, "") << "others may match it";
   EXPECT_EQ(vpsbake(folder, "batch meshes/cube.obj -o out --voxel 10mm").err, "") << "others may match it";
+  EXPECT_EQ(vpsbake(folder, std::string(kBakeAll) + " --include '*.obj' --exclude 'parts/' --exclude '*.stl'").err,
+            "vpsbake: note: command line: no mesh matches '*.stl'; check the glob\n");
 }
 
 TEST(FolderSettings, WrongSettingsNameTheirLine) {

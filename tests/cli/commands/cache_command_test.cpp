@@ -94,6 +94,11 @@ TEST_F(CliCacheCommand, ABakeKeepsTheFolderBelowItsLimit) {
 
 TEST(CliCacheRefusals, SayWhatToGive) {
   const TemporaryFolder folder;
+  for (const char* const action : {"stats", "verify", "prune --max-size 1GB"}) {
+    const Outcome none = vpsbake(folder, std::string("cache ") + action + " --cache .");
+    EXPECT_EQ(none.code, 0);
+    EXPECT_EQ(none.err, "vpsbake: note: .: it holds no assets; check that it is the folder of a cache\n");
+  }
   expect_refusal(folder, "cache", 1, "subcommand is required");
   expect_refusal(folder, "cache stats", 1, "--cache is required");
   expect_refusal(folder, "cache stats --cache absent", 2,

@@ -167,6 +167,7 @@ TEST(CliCache, AHitIsNotWrittenOverOtherFiles) {
   write_file(folder / "notes.txt", "mine");
   const std::string again = sample("cube") + " --voxel 10mm --cache cache -o ";
   expect_refusal(folder, again + "notes.txt", 2, "exists and is not an asset");
+  expect_refusal(folder, again + "b.obj", 2, "its name is that of a mesh; choose one that ends in .vps.hdf");
   expect_refusal(folder, again + "nofolder/a.vps.hdf", 2, "the folder does not exist");
   expect_refusal(folder, "absent.obj --voxel 10mm --cache cache", 2, "absent.obj: the file does not exist");
 }

@@ -185,7 +185,7 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, "info " + cube, 3, "too short to be an asset; give a .vps.hdf file, or bake it again");
   expect_refusal(folder, "run .", 2, ".: this is a folder; give a file that vpsbake plan wrote");
   std::filesystem::copy_file(cube, folder / "cube.obj");
-  expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
+  expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "its name is that of a mesh");
   std::filesystem::copy_file(cube, folder / "-a.obj");
   EXPECT_EQ(vpsbake(folder, "--voxel 5mm -o a.vps.hdf -- -a.obj").code, 0);
 }

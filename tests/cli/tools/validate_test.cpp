@@ -275,6 +275,8 @@ TEST_F(Validate, AnotherMeshIsAWarningAndItsErrorsAreFailures) {
   EXPECT_EQ(by_name.at("mesh"), "warning");
   EXPECT_NE(run.err.find("; check that this is its mesh, with the --unit"), std::string::npos) << run.err;
   for (const char* const name : {"mass", "field scaled", "points"}) EXPECT_EQ(by_name.at(name), "failed") << name;
+  expect_refusal(folder_, "validate cube.vps.hdf --quiet --unit mm --mesh " + sample("cube"), 3,
+                 "its bounds are 49.95 mm off, 100 um x");
 }
 
 TEST_F(Validate, AnOpenMeshIsToldOfAsTheMeshAfterTheOtherChecks) {

@@ -312,7 +312,8 @@ TEST(LoadManifest, AForgedManifestIsRefusedInOneLine) {
   }
   World world;
   std::filesystem::resize_file(folder / "s.json", (std::uintmax_t{1} << 26) + 1);
-  EXPECT_EQ(bullet::load_scene(folder / "s.json", world.world).error(), "the manifest is larger than 64 MiB");
+  EXPECT_EQ(bullet::load_scene(folder / "s.json", world.world).error(),
+            (folder / "s.json").string() + ": the manifest is larger than 64 MiB");
   EXPECT_NE(bullet::load_scene(folder / "none.json", world.world).error(), "");
   EXPECT_NE(bullet::load_scene(folder.path(), world.world).error(), "");
 }
