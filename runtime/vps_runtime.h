@@ -263,7 +263,7 @@ struct HalfSpaceField {
   Vec3 outward_normal{0, 0, 1};  ///< unit
   float offset = 0;              ///< the solid is outward_normal . p <= offset. [m]
 };
-/// A solid of revolution about the z axis, centred on the origin.
+/// A solid of revolution about the z axis, centred on the origin. No length is negative.
 struct RevolvedField {
   enum class Profile : std::uint32_t { capsule, cylinder, cone };  ///< a cone's tip is at z = half_height
   Profile profile = Profile::cylinder;

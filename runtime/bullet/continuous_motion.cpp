@@ -68,24 +68,37 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   PairPartner partners;
   std::uint32_t guess = 0;
   double allowed = 0;
-  double time = 0;
-  bool apart = false;
-  for (std::uint32_t i = 0; i < max_iterations; ++i) {
+  double gap = 0;
+  const auto look_at = [&](double time) {
     double penetration = 0;
-    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), partners, guess, penetration)) return step;
-    if (i == 0) {
-      apart = penetration < -0.5 * reach;
-      // Springs need penetration to push: a body held at the surface would only gain speed.
-      if (!apart && foundation_of(start).stiffness > 0) return step;
-      allowed = std::max(-0.5 * reach, penetration + 2.5 * reach);
-    }
-    const double gap = allowed - penetration;
-    if (gap <= 0.25 * reach) return static_cast<btScalar>(time);
+    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), partners, guess, penetration)) return false;
+    gap = allowed - penetration;
+    return true;
+  };
+  if (!look_at(0)) return step;
+  const bool apart = -gap < -0.5 * reach;
+  // Springs need penetration to push: a body held at the surface would only gain speed.
+  if (!apart && foundation_of(start).stiffness > 0) return step;
+  allowed = std::max(-0.5 * reach, -gap + 2.5 * reach);
+  gap += allowed;
+  double time = 0;
+  for (std::uint32_t i = 1; i < max_iterations && gap > 0.25 * reach; ++i) {
     time += gap / speed;
     if (!(time < double(step))) return step;
+    if (!look_at(time)) return step;
   }
-  // The iterations have run out. Bodies that were apart do not touch before `time`; sliding bodies are not stopped.
-  return apart ? static_cast<btScalar>(time) : step;
+  if (gap <= 0.25 * reach) return static_cast<btScalar>(time);
+  // The iterations have run out: the bodies move along each other. Those that were apart go on in even steps, up to
+  // where one of these is too deep.
+  if (!apart) return step;
+  const double least = (double(step) - time) / max_iterations;
+  while (time < double(step)) {
+    const double before = time;
+    time = std::min(time + std::max(least, gap / speed), double(step));
+    if (!look_at(time)) return step;
+    if (gap < 0) return static_cast<btScalar>(before);
+  }
+  return step;
 }
 
 class CandidateCallback final : public btBroadphaseAabbCallback {

@@ -48,7 +48,7 @@ class Scene {
   /// Removes the bodies from their world, which must still exist. The program removes its motors first.
   ~Scene();
 
-  /// One sentence without a full stop; empty when the scene was loaded.
+  /// The manifest's name and one sentence without a full stop; empty when the scene was loaded.
   [[nodiscard]] const std::string& error() const;
   /// The rigid ones, in the order of the manifest.
   [[nodiscard]] std::span<const std::unique_ptr<btRigidBody>> bodies() const;

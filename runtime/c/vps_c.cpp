@@ -40,7 +40,7 @@ vps::Contact to_contact(const VpsContact& from) {
 bool are_valid(const VpsContact* contacts, size_t count) {
   return count == 0 || (contacts != nullptr && std::all_of(contacts, contacts + count, [](const VpsContact& contact) {
                           return is_in_range(contact.position) && is_in_range(contact.inward_normal) &&
-                                 std::abs(contact.penetration) <= kFarthest && std::isfinite(contact.area);
+                                 is_in_range(contact.penetration) && contact.area >= 0 && is_in_range(contact.area);
                         }));
 }
 bool are_valid(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist) {
@@ -52,6 +52,10 @@ vps::PenaltyLaw to_law(const VpsPenaltyLaw& law) {
 }
 vps::Twist to_twist(const VpsTwist& twist) {
   return {to_vec3(twist.centre), to_vec3(twist.linear), to_vec3(twist.angular)};
+}
+template <std::size_t n>
+bool is_finite(const double (&numbers)[n]) {
+  return std::all_of(numbers, numbers + n, [](double x) { return std::isfinite(x); });
 }
 template <std::size_t n>
 void add(const double (&from)[n], double (&to)[n]) {
@@ -338,30 +342,37 @@ VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const Vps
   vps::Wrench one;
   const vps::Status status = vps::penalty_wrench({}, to_law(*law), to_twist(*twist), one);
   if (status != vps::Status::ok) return to_c(status);
-  *wrench = {};
+  VpsWrench sum = {};
   for (size_t i = 0; i < count; ++i) {
     const vps::Contact contact = to_contact(contacts[i]);
     (void)vps::penalty_wrench({&contact, 1}, to_law(*law), to_twist(*twist), one);
-    add(one.force, wrench->force);
-    add(one.torque, wrench->torque);
+    add(one.force, sum.force);
+    add(one.torque, sum.torque);
   }
+  if (!is_finite(sum.force) || !is_finite(sum.torque)) return vps_bad_argument;
+  *wrench = sum;
   return vps_ok;
 }
 
 VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_normals, size_t count,
                                const VpsPenaltyLaw* law, const VpsTwist* twist, VpsWrenchGradient* gradient) {
   if (!are_valid(contacts, count, law, twist) || gradient == nullptr) return vps_bad_argument;
+  for (size_t i = 0; outward_normals != nullptr && i < count; ++i) {
+    if (!is_in_range(outward_normals + 3 * i)) return vps_bad_argument;
+  }
   vps::WrenchGradient one;
   const vps::Status status = vps::penalty_gradient({}, {}, to_law(*law), to_twist(*twist), one);
   if (status != vps::Status::ok) return to_c(status);
-  *gradient = {};
+  VpsWrenchGradient sum = {};
   for (size_t i = 0; i < count; ++i) {
     const vps::Contact contact = to_contact(contacts[i]);
     const vps::Vec3 normal = outward_normals == nullptr ? contact.inward_normal : to_vec3(outward_normals + 3 * i);
     (void)vps::penalty_gradient({&contact, 1}, {&normal, 1}, to_law(*law), to_twist(*twist), one);
-    add(one.pose, gradient->pose);
-    add(one.twist, gradient->twist);
+    add(one.pose, sum.pose);
+    add(one.twist, sum.twist);
   }
+  if (!is_finite(sum.pose) || !is_finite(sum.twist)) return vps_bad_argument;
+  *gradient = sum;
   return vps_ok;
 }
 

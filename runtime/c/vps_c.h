@@ -92,8 +92,12 @@ inline VpsStatus reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t
 // Squares of larger lengths soon are infinite in single precision. [m]
 inline constexpr float kFarthest = 1e15F;
 
+template <class Number>
+bool is_in_range(Number x) {
+  return std::abs(x) <= kFarthest;
+}
 inline bool is_in_range(const float* v) {
-  return v != nullptr && std::all_of(v, v + 3, [](float x) { return std::abs(x) <= kFarthest; });
+  return v != nullptr && std::all_of(v, v + 3, [](float x) { return is_in_range(x); });
 }
 inline vps::Vec3 to_vec3(const float* v) {
   return {v[0], v[1], v[2]};

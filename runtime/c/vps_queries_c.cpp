@@ -43,7 +43,7 @@ VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const vps::P
   vps::SeparationOptions given;
   if (options != nullptr) given = {options->tolerance, options->guess};
   given.field_shell = field_shell;
-  if (!std::isfinite(given.tolerance)) return vps_bad_argument;
+  if (!is_in_range(given.tolerance)) return vps_bad_argument;
   if (const VpsStatus status = reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::SeparationResult found;
   const vps::Status status = vps::separation(shell->view, field, to_pose(*pose), given, scratch->scratch, found);
@@ -60,6 +60,7 @@ VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const vps
     if (options->contactor != vps_contactor_surface && options->contactor != vps_contactor_points) {
       return vps_bad_argument;
     }
+    if (!is_in_range(options->distance) || !is_in_range(options->tolerance)) return vps_bad_argument;
     given.distance = options->distance;
     given.tolerance = options->tolerance;
     given.contactor = static_cast<vps::Contactor>(options->contactor);
@@ -87,11 +88,7 @@ VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const Vp
 VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose) {
   if (shell == nullptr || sweep == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
   const vps::Pose at = vps::pose_at(shell->view, to_sweep(*sweep), time);
-  const auto is_number = [](double value) { return std::isfinite(value); };
-  if (!std::all_of(at.rotation, at.rotation + 9, is_number) ||
-      !std::all_of(at.translation, at.translation + 3, is_number)) {
-    return vps_bad_argument;
-  }
+  if (vps::check_pose(at) != vps::Status::ok) return vps_bad_argument;
   std::copy_n(at.rotation, 9, pose->rotation);
   std::copy_n(at.translation, 3, pose->translation);
   return vps_ok;

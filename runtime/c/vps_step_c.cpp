@@ -38,8 +38,9 @@ VpsStatus with_body(const VpsStepBody& body, const Run& run) {
   vps::StepMotion of_body;
   if (body.motion != nullptr) {
     const VpsStepMotion& given = *body.motion;
-    if (!is_in_range(given.way) || !is_in_range(given.turn) || !is_in_range(given.fall) ||
-        !(given.radius >= 0 && given.radius <= kFarthest)) {
+    const double* const centre = given.centre;
+    if (!is_in_range(centre[0]) || !is_in_range(centre[1]) || !is_in_range(centre[2]) || !is_in_range(given.way) ||
+        !is_in_range(given.turn) || !is_in_range(given.fall) || !(given.radius >= 0 && given.radius <= kFarthest)) {
       return vps_bad_argument;
     }
     of_body = to_motion(given);
@@ -73,6 +74,7 @@ VpsStatus vps_step_contacts(const VpsStepBody* first, const VpsStepBody* second,
   }
   const VpsStepOptions given = options == nullptr ? VpsStepOptions{} : *options;
   if (given.use < vps_step_constraints || given.use > vps_step_springs) return vps_bad_argument;
+  if (!is_in_range(given.distance)) return vps_bad_argument;
   vps::StepOptions query;
   query.distance = given.distance;
   query.use = static_cast<vps::StepUse>(given.use);

@@ -28,6 +28,9 @@ VpsPose inverse(const VpsPose& pose) {
   }
   return out;
 }
+void check_length(const std::string& name, float length) {
+  if (!(length >= 0 && length <= 1e15F)) throw py::value_error(name + ": 0 to 1e15 m");
+}
 // Of an array [n,4,4] of homogeneous matrices.
 std::vector<VpsPose> to_poses(const Doubles& matrices) {
   if (matrices.ndim() != 3 || matrices.shape(1) != 4 || matrices.shape(2) != 4) {
@@ -105,7 +108,7 @@ bool is_inside(const VpsStepBody& inner, const VpsStepBody& outer, const VpsPose
 
 py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices, float distance,
                    std::uint32_t threads) {
-  if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
+  check_length("distance", distance);
   const Pair pair(first, second, matrices);
   const VpsFieldRef field = vps_map_ref(pair.field->map());
   const VpsPointshell* const shell = pair.shell->shell();
@@ -163,7 +166,7 @@ py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doub
 
 py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices, float distance,
                         std::uint32_t most, std::uint32_t threads) {
-  if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
+  check_length("distance", distance);
   if (most < 1 || most > 1024) throw py::value_error("most: 1 to 1024");
   const Pair pair(first, second, matrices);  // checks that one can give points to the other
   // Normals point into the second body, which moves.
@@ -202,7 +205,7 @@ py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const
 
 py::array_t<VpsSeparation> separation(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices,
                                       float tolerance, std::uint32_t threads) {
-  if (!(tolerance >= 0) || !std::isfinite(tolerance)) throw py::value_error("tolerance: finite, at least 0 m");
+  check_length("tolerance", tolerance);
   const Pair pair(first, second, matrices);
   const VpsFieldRef field = vps_map_ref(pair.field->distances());
   const VpsPointshell* const shell = pair.shell->shell();

@@ -147,7 +147,7 @@ class World {
   std::size_t load_scene(const std::string& manifest) {
     const std::size_t first = bodies_.size();
     auto scene = std::make_unique<vps::bullet::Scene>(vps::bullet::load_scene(manifest, world_));
-    if (!scene->error().empty()) throw py::value_error(manifest + ": " + scene->error());
+    if (!scene->error().empty()) throw py::value_error(scene->error());
     warn();  // first: where warnings are errors, the scene takes itself out of the world
     for (const auto& body : scene->bodies()) {
       const auto* const shape = dynamic_cast<const vps::bullet::Shape*>(body->getCollisionShape());
@@ -200,6 +200,7 @@ class World {
     return py::make_tuple(to_vector(at(i).getLinearVelocity()), to_vector(at(i).getAngularVelocity()));
   }
   void set_velocity(std::size_t i, const Vector& linear, const Vector& angular) {
+    if (mass(i) == 0) throw py::value_error("velocity: no force moves this body; move it by its pose, as kinematic");
     at(i).setLinearVelocity(to_bt(linear));
     at(i).setAngularVelocity(to_bt(angular));
   }

@@ -57,6 +57,11 @@ drop() {
 }
 run runtime runtime overlap
 run shared shared deepest
+# The shared library's own packages suffice for it.
+for component in shared shared_dev; do
+  cmake --install "$1" --prefix "$work/shared_alone" --component $component >"$work/install.log" || { cat "$work/install.log"; exit 1; }
+done
+(export CMAKE_PREFIX_PATH="$work/shared_alone" && run shared shared_alone_build deepest)
 for bullet in bullet bullet_float64; do
   pc=vps-$(echo $bullet | tr _ -)
   if [ -f "$PKG_CONFIG_PATH/$pc.pc" ]; then

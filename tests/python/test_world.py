@@ -255,6 +255,7 @@ def test_bad_arguments(cube):
 def test_wrong_arguments_are_named_in_one_line(cube):
     world = vps.World()
     body = world.add(cube)
+    ground = world.add_plane()
     joint = world.slider(body, axis=(1, 0, 0))
     huge = (1e300, 0, 0)  # infinite in single precision
     for error, text, call in (
@@ -279,6 +280,8 @@ def test_wrong_arguments_are_named_in_one_line(cube):
             (ValueError, "velocity: ", lambda: setattr(body, "velocity", huge)), (ValueError, "force: ", lambda: body.push(huge)),
             (ValueError, "torque: ", lambda: body.push(torque=(1, 2))), (TypeError, "pose: ", lambda: setattr(body, "pose", "x")),
             (ValueError, "angular_velocity: ", lambda: setattr(body, "angular_velocity", 5)),
+            (ValueError, "no force moves this body", lambda: setattr(ground, "velocity", (1, 0, 0))),
+            (ValueError, "fixed and kinematic bodies have no mass", lambda: world.add(cube, mass=1, fixed=True)),
             (ValueError, "axis: ", lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 1))),
             (ValueError, "point: ", lambda: world.hinge(body, point=huge, axis=(0, 0, 1))),
             (TypeError, "speed: ", lambda: joint.drive("x", 1)), (TypeError, "effort: ", lambda: joint.drive(1, None))):
@@ -286,7 +289,7 @@ def test_wrong_arguments_are_named_in_one_line(cube):
             call()
         assert "\n" not in str(raised.value)
     world.step()
-    assert len(world.bodies) == 1 and np.isfinite(world.poses).all()
+    assert len(world.bodies) == 2 and np.isfinite(world.poses).all()
 
 
 def test_messages_are_warnings(cube):

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
 
   vps::bullet::Scene scene = vps::bullet::load_scene(argv[1], world, {.multibodies = true});
   if (!scene.error().empty()) {
-    std::fprintf(stderr, "gripper: %s: %s\n", argv[1], scene.error().c_str());
+    std::fprintf(stderr, "gripper: %s\n", scene.error().c_str());
     return 1;
   }
   const btScalar step = scene.step();

@@ -358,8 +358,9 @@ void keep_apart(const Value& pair, const std::map<std::string, btCollisionObject
 
 Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const LoadOptions& options) {
   Scene scene;
-  const auto fail = [](std::string reason) {
+  const auto fail = [&path](const std::string& why) {
     Scene failed;
+    std::string reason = path + ": " + why;
     // Keeps the message on one line: it may quote the file.
     for (char& c : reason) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
     failed.contents_->error = std::move(reason);

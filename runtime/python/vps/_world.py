@@ -247,6 +247,8 @@ class World:
 def _mass(mass: float | None, density: float | None, volume: float, stays: bool) -> float:
     if mass is not None and density is not None:
         raise ValueError("density and mass: one of the two")
+    if stays and (mass or density):
+        raise ValueError("fixed and kinematic bodies have no mass")
     of_density = 1000.0 if density is None else number("density", density)
     given = of_density * volume if mass is None else number("mass", mass)
     if stays and given == 0:

@@ -67,6 +67,30 @@ TEST(ContinuousMotion, ThinWallsStopFastBodies) {
   EXPECT_LT(farthest(sphere, baked_wall, 100, 0, btScalar(0.5)), -0.045);
 }
 
+TEST(ContinuousMotion, ABodyThatFliesLowIsHeldBackByWallsAlone) {
+  constexpr btScalar kStep = btScalar(1.0 / 60);
+  bullet::Shape cube(baked_at(make_box({0.01, 0.01, 0.01}), 0.0008));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  btBoxShape box({btScalar(0.01), btScalar(0.2), btScalar(0.2)});
+  for (const btScalar speed : {btScalar(1), btScalar(20), btScalar(100)}) {
+    for (const bool is_wall : {false, true}) {
+      FastScene scene;
+      scene.add(plane, 0, {0, 0, 0});
+      if (is_wall) scene.add(box, 0, {btScalar(2), 0, 0});
+      btRigidBody& body = scene.add(cube, btScalar(0.1), {0, 0, btScalar(0.0102)});
+      body.setLinearVelocity({speed, 0, 0});
+      const int steps = is_wall ? int(btScalar(2.5) / (speed * kStep)) + 2 : 18;
+      for (int i = 0; i < steps; ++i) scene.step(1, kStep);
+      const double way = double(body.getWorldTransform().getOrigin().x());
+      if (is_wall) {
+        EXPECT_NEAR(way, 1.98, 0.005) << speed;
+      } else {
+        EXPECT_NEAR(way, 18 * double(speed * kStep), 0.001 * way) << speed;
+      }
+    }
+  }
+}
+
 // Speculative contacts stop bodies too, except those with restitution.
 TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
   World scene;

@@ -173,7 +173,7 @@ TEST(LoadManifest, BodiesAtJointsBecomeMultibodiesOnRequest) {
   EXPECT_EQ(multi.world.getNumMultiBodyConstraints(), 0);
   World plain;
   const bullet::Scene none = bullet::load_scene(folder / "s.json", plain.world, {.multibodies = true});
-  EXPECT_EQ(none.error(), "multibodies need a btMultiBodyDynamicsWorld");
+  EXPECT_EQ(none.error(), (folder / "s.json").string() + ": multibodies need a btMultiBodyDynamicsWorld");
 }
 
 TEST(LoadManifest, ForgedJointsAreRefused) {
@@ -220,7 +220,7 @@ TEST(LoadManifest, ForgedJointsAreRefused) {
   write_file(folder / "s.json", chain.dump());
   MultibodyWorld world;
   EXPECT_EQ(bullet::load_scene(folder / "s.json", world.world, {.multibodies = true}).error(),
-            "a multibody has more than 512 joints");
+            (folder / "s.json").string() + ": a multibody has more than 512 joints");
 }
 
 TEST(LoadManifest, AForgedManifestIsRefusedInOneLine) {

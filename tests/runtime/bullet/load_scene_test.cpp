@@ -307,7 +307,7 @@ TEST(LoadScene, AnotherAssetUnderTheNameOfThePlannedOneIsRefused) {
   ASSERT_EQ(vpsbake(folder, std::string(VPS_SAMPLE_MESHES) + "/nut.obj --voxel 2mm -o out/" + nut).code, 0);
   World world;
   const bullet::Scene scene = bullet::load_scene(manifest, world.world);
-  EXPECT_EQ(scene.error(), nut + " is not the asset that the scene was planned with; plan it again");
+  EXPECT_EQ(scene.error(), manifest + ": " + nut + " is not the asset that the scene was planned with; plan it again");
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
 }
 
@@ -355,7 +355,8 @@ TEST(LoadScene, DamagedPayloadsAreFoundWhenHashesAreAskedFor) {
   file.seekp(at).put(changed);
   file.close();
   World world;
-  EXPECT_EQ(bullet::load_scene(path, world.world, checked).error(), name + ": " + describe(Status::corrupt_payload));
+  EXPECT_EQ(bullet::load_scene(path, world.world, checked).error(),
+            path + ": " + name + ": " + describe(Status::corrupt_payload));
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
   EXPECT_EQ(bullet::load_scene(path, world.world).error(), "");
 }

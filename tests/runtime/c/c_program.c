@@ -321,8 +321,11 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
 static int misuse_contacts(void) {
   const VpsContact contact = {{0, 0, 0}, {0, 0, 1}, 0.001F, 1e-6F, 0, 0};
   const VpsContact endless_area = {{0, 0, 0}, {0, 0, 1}, 0.001F, NAN, 0, 0};
+  const VpsContact deep = {{0, 0, 0}, {0, 0, 1}, 1e3F, 1e3F, 0, 0};
   const VpsContact endless_depth = {{0, 0, 0}, {0, 0, 1}, INFINITY, 1e-6F, 0, 0};
+  const VpsContact negative_area = {{0, 0, 0}, {0, 0, 1}, 0.001F, -1e-6F, 0, 0};
   const VpsPenaltyLaw pulling = {-1, 0};
+  const VpsPenaltyLaw endless_force = {1e308, 1e308};
   const VpsTwist endless = {{0, 0, 0}, {INFINITY, 0, 0}, {0, 0, 0}};
   const float nowhere[3] = {NAN, 0, 0};
   VpsScratch* s = NULL;
@@ -343,6 +346,8 @@ static int misuse_contacts(void) {
   REFUSED(vps_penalty_wrench(&contact, 1, &pulling, &kTwist, &w));
   REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, &endless, &w));
   REFUSED(vps_penalty_wrench(&endless_area, 1, &kLaw, &kTwist, &w));
+  REFUSED(vps_penalty_wrench(&negative_area, 1, &kLaw, &kTwist, &w));
+  REFUSED(vps_penalty_wrench(&deep, 1, &endless_force, &kTwist, &w));
   EXPECT(w.force[0] == 42);
   EXPECT(vps_penalty_wrench(NULL, 0, &kLaw, &kTwist, &w) == vps_ok && w.force[0] == 0);
   REFUSED(vps_penalty_gradient(NULL, NULL, 1, &kLaw, &kTwist, &g));
@@ -350,6 +355,8 @@ static int misuse_contacts(void) {
   REFUSED(vps_penalty_gradient(&contact, NULL, 1, &kLaw, NULL, &g));
   REFUSED(vps_penalty_gradient(&contact, NULL, 1, &kLaw, &kTwist, NULL));
   REFUSED(vps_penalty_gradient(&contact, NULL, 1, &pulling, &kTwist, &g));
+  REFUSED(vps_penalty_gradient(&contact, nowhere, 1, &kLaw, &kTwist, &g));
+  REFUSED(vps_penalty_gradient(&deep, NULL, 1, &endless_force, &kTwist, &g));
   EXPECT(vps_scratch_create(&s) == vps_ok);
   REFUSED(vps_reduce_contacts(NULL, 1, kTwist.centre, s, &kept, 1, &reduction));
   REFUSED(vps_reduce_contacts(&contact, 1, NULL, s, &kept, 1, &reduction));
@@ -376,6 +383,9 @@ static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsStepBody thrown = {vps_map_ref(map), pose, shell, &endless};
   const VpsStepBody negative = {vps_map_ref(map), pose, shell, &inverted};
   const VpsStepOptions inside = {-1, vps_step_samples, NULL};
+  const VpsStepMotion far_off = {.centre = {2e15, 0, 0}};
+  const VpsStepBody afar = {vps_map_ref(map), pose, shell, &far_off};
+  const VpsStepOptions wide = {2e15F, vps_step_samples, NULL};
   const VpsStepOptions other = {0, vps_step_springs + 1, NULL};
   VpsStepMemory* memory = NULL;
   VpsScratch* s = NULL;
@@ -396,6 +406,8 @@ static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_step_contacts(&nothing, &ground, NULL, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&thrown, &ground, NULL, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&negative, &ground, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&afar, &ground, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&body, &ground, &wide, s, &c, 1, &count));
   EXPECT(vps_step_contacts(&ground, &ground, NULL, s, &c, 1, &count) == vps_missing_part);
   EXPECT(vps_step_contacts(&lost, &ground, NULL, s, &c, 1, &count) == vps_bad_pose);
   EXPECT(count == 42);
@@ -410,9 +422,12 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   const VpsSeparationOptions beyond = {0, UINT32_MAX};
   const VpsSweep rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
   const VpsSweep endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
-  const VpsSeparationOptions rough = {INFINITY, 0};
+  const VpsSeparationOptions rough = {2e15F, 0};
+  const VpsSweep away = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 1}, {0, 0, 0}, 1};
   const VpsImpactOptions shapeless = {0, 1e-4F, 7, 100};
   const VpsImpactOptions zero = {0, 0, 0, 0};
+  const VpsImpactOptions wide = {2e15F, 1e-4F, vps_contactor_surface, 100};
+  const VpsImpactOptions loose = {0, 2e15F, vps_contactor_surface, 100};
   const VpsRay nowhere = {{0, NAN, 0}, {0, 0, 1}, 1};
   const VpsRay lost = {{0, 0, 0}, {0, 0, 0}, 1};
   const VpsClosestPointOptions none = {0, 0};
@@ -448,12 +463,15 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &endless, NULL, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &shapeless, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &zero, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &wide, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &loose, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_box_ref(NULL), &rest, NULL, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_sphere_ref(&negative), &rest, NULL, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_half_space_ref(NULL), &rest, NULL, s, &impact));
   REFUSED(vps_sweep_pose(NULL, &rest, 0, &out));
   REFUSED(vps_sweep_pose(shell, NULL, 0, &out));
   REFUSED(vps_sweep_pose(shell, &rest, NAN, &out));
+  REFUSED(vps_sweep_pose(shell, &away, 1e38, &out));
   REFUSED(vps_sweep_pose(shell, &rest, 0, NULL));
   REFUSED(vps_sweep_pose(shell, &endless, 0, &out));
   REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
