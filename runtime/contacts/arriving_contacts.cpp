@@ -278,6 +278,13 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
   if (partner.sheet == nullptr) {
     partner.field.visit(keep);
   }
+  if (std::isfinite(pair.most_closing)) {
+    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), [&](const Contact& contact) {
+      const float closing = std::abs(dot(contact.inward_normal, way_at(found.motion, contact.position)));
+      return contact.penetration < -near && closing > pair.most_closing;
+    });
+    found.contacts = {found.contacts.begin(), last};
+  }
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });

@@ -87,17 +87,24 @@ StepMotion motion_in_step(const PairBody& body, btScalar step) {
           inverse_mass(object) > 0 && !is_triangle_mesh(body.shape->getShapeType())};
 }
 
-// Contacts ahead would remove the bounce.
-bool finds_ahead(const PairBody& first, const PairBody& second, LookAhead ahead) {
-  return ahead == LookAhead::yes && !(first.object->getRestitution() * second.object->getRestitution() > 0);
+// A contact ahead takes from the bounce of what closes fast. What Bullet lets bounce no more, slower than its
+// threshold, or what gravity would bring back within the step, needs contacts ahead to come to rest. [m]
+float most_closing(const PairBody& first, const PairBody& second, btScalar step, const StepMotion (&motions)[2]) {
+  using detail::operator-;
+  const float restitution = number(first.object->getRestitution() * second.object->getRestitution());
+  if (!(restitution > 0)) return std::numeric_limits<float>::infinity();
+  constexpr float kThreshold = 0.2F;  // btContactSolverInfo::m_restitutionVelocityThreshold by default. [m/s]
+  const float fall = detail::length(motions[0].fall - motions[1].fall);
+  return std::max(kThreshold * number(step) + fall, fall / (2 * restitution));
 }
 
 }  // namespace
 
 PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance, LookAhead ahead) {
-  const bool looks_ahead = finds_ahead(first, second, ahead);
+  const bool looks_ahead = ahead == LookAhead::yes;
   const auto motion_of = [&](const PairBody& body) { return looks_ahead ? motion_in_step(body, step) : StepMotion(); };
-  PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0};
+  PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0, 0};
+  out.most_closing = most_closing(first, second, step, out.motions);
   double voxel = std::numeric_limits<double>::max();
   float spacing = 0;
   for (const PairBody* const body : {&first, &second}) {
@@ -111,6 +118,7 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
     out.margin += number(body->vps->getMargin());
   }
   if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);
+  out.query.approach.way = std::min(out.query.approach.way, out.most_closing);
   out.query.most_ahead = kManifoldsAhead * MANIFOLD_CACHE_SIZE;
   out.query.distance = std::max(detail::contact_distance(voxel, spacing), number(distance));
   out.reach = double{out.query.distance + out.query.approach.way};
@@ -119,7 +127,7 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
 
 WayAhead way_ahead(const PairBody& first, const PairBody& second, btScalar step, LookAhead ahead) {
   using detail::operator-;
-  if (!finds_ahead(first, second, ahead)) return {};
+  if (ahead == LookAhead::no) return {};
   const StepMotion motions[] = {motion_in_step(first, step), motion_in_step(second, step)};
   const detail::Approach approach = detail::approach(motions[0], motions[1], 0);
   // Either of two bodies that move together may be stopped.
@@ -135,17 +143,19 @@ detail::StepPair in_step(const Pair& pair, const PairStep* step) {
   // Fields of Bullet's convex shapes include their margins.
   const bool is_thick = field != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
   const bool moves = step != nullptr && step->looks_ahead;
-  return {shell.pointshell(),
-          shell.distances(),
-          to_pose(pair.shell.world, pair.shell.asset_frame()),
-          to_pose(pair.field.world, field_frame(pair.field)),
-          voxel,
-          field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
-          number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
-          foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
-          shell.segment_level(),
-          moves ? &step->motions[0] : nullptr,
-          moves ? &step->motions[1] : nullptr};
+  detail::StepPair out{shell.pointshell(),
+                       shell.distances(),
+                       to_pose(pair.shell.world, pair.shell.asset_frame()),
+                       to_pose(pair.field.world, field_frame(pair.field)),
+                       voxel,
+                       field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
+                       number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
+                       foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
+                       shell.segment_level(),
+                       moves ? &step->motions[0] : nullptr,
+                       moves ? &step->motions[1] : nullptr};
+  if (moves) out.most_closing = step->most_closing;
+  return out;
 }
 
 detail::Workspace& workspace() {
