@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -152,30 +153,40 @@ bool arrives_on_map(const StepPair& pair, const Partner& partner, const FoundCon
 
 // The inward normal of the partner's surface, up to its sign. A contact that touches already has the normal of the
 // shell's point, which at an edge lies between those of two faces.
-Vec3 normal_of(const Partner& partner, const FoundContacts& found, const Contact& contact) {
-  if (partner.sheet != nullptr || found.is_on_map(contact) || found.is_ahead(contact)) return contact.inward_normal;
+Vec3 normal_of(const Partner& partner, const FoundContacts& found, const Contact& contact, bool arrives) {
+  if (partner.sheet != nullptr || found.is_on_map(contact) || (arrives && found.is_ahead(contact))) {
+    return contact.inward_normal;
+  }
   const Vec3 normal =
       partner.field.visit([&](const auto& field) { return vps::outward_normal(field, contact.position); });
   return dot(normal, normal) > 0 ? normal : contact.inward_normal;
+}
+
+// The deepest place, also if it does not arrive: that of a wheel that hops moves up.
+std::optional<Contact> deepest_of(std::span<const Contact> contacts) {
+  const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
+  const auto deepest = std::max_element(contacts.begin(), contacts.end(), is_shallower);
+  return deepest != contacts.end() ? std::optional(*deepest) : std::nullopt;
 }
 
 // One of the bodies rolls if it turns about the deepest contact faster than it falls onto it, and does not fall far.
 // Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll: all
 // contacts push it out.
 Rolling rolling(const StepPair& pair, const Partner& of_partner, const Course& shell, const Course& partner,
-                const FoundContacts& found) {
+                const FoundContacts& found, const std::optional<Contact>& before) {
   constexpr float kDeep_vx = 2;
   constexpr float kHop_vx = 5;     // a wheel comes down from its hops
   constexpr float kBeside_vx = 4;  // a contact slides as far
   const auto voxel = static_cast<float>(pair.voxel_size);
-  const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
-  const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
-  if (deepest == found.contacts.end()) return {};
+  if (found.contacts.empty()) return {};
+  const auto kept = std::find_if(found.contacts.begin(), found.contacts.end(),
+                                 [&](const Contact& contact) { return contact.point == before->point; });
+  const Contact* const deepest = kept != found.contacts.end() ? &*kept : &*before;
   const Rolling none{0, {}, {}};
   if (deepest->penetration > kDeep_vx * voxel) return none;
   const Vec3 place = deepest->position;
   const RelativeMotion motion = difference(shell.motion, partner.motion);
-  const Vec3 normal = normal_of(of_partner, found, *deepest);
+  const Vec3 normal = normal_of(of_partner, found, *deepest, kept != found.contacts.end());
   const auto fall_at = [&](Vec3 at) { return std::abs(dot(normal, way_at(motion, at))); };
   const float fall = fall_at(place);
   const Course& roller = shell.turned_at(place) >= partner.turned_at(place) ? shell : partner;
@@ -190,6 +201,73 @@ Rolling rolling(const StepPair& pair, const Partner& of_partner, const Course& s
   const float radius = turned / angle;
   const float reach = radius * (angle + std::sqrt(angle * angle + 2 * farthest / radius));
   return {reach + kBeside_vx * voxel, place, (1 / angle) * cross(roller.motion.turn, normal)};
+}
+
+template <class Is>
+void remove_contacts(FoundContacts& found, const Is& is) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+    if (is(found.contacts[i])) continue;
+    if (!found.features.empty()) found.features[kept] = found.features[i];
+    found.contacts[kept++] = found.contacts[i];
+  }
+  found.contacts = found.contacts.first(kept);
+}
+
+// The lowest place of the circle of a contact's point about the centre of its body. Nothing where the body does not
+// roll, but spins on a face.
+// @param normal  of the partner there, into the body
+std::optional<Contact> lowest_of(const Course& roller, Contact contact, Vec3 normal) {
+  const Vec3 axis = (1 / length(roller.motion.turn)) * roller.motion.turn;
+  const Vec3 up = normal - dot(axis, normal) * axis;
+  constexpr float kLevel = 0.7F;  // cosine of the axis against the face
+  if (!(length(up) > kLevel)) return {};
+  const Vec3 arm = contact.position - roller.centre;
+  const Vec3 along = dot(axis, arm) * axis;
+  const Vec3 place = roller.centre + along - (length(arm - along) / length(up)) * up;
+  contact.penetration += dot(normal, contact.position - place);
+  contact.position = place;
+  return contact;
+}
+
+// Whether the shell's body has its surface along the circle of a place, from there to what comes there in the step.
+bool is_round(const StepPair& pair, const Transform& to_shell, const Course& shell, Vec3 place) {
+  constexpr float kFarthest = 1;  // farther round it is not asked. [rad]
+  constexpr float kFacet_vx = 0.5F;
+  const float turn = length(shell.motion.turn);
+  const Vec3 axis = (1 / turn) * shell.motion.turn;
+  const Vec3 arm = place - shell.centre;
+  const Vec3 along = dot(axis, arm) * axis;
+  const Vec3 across = cross(axis, arm);
+  for (const float part : {0.0F, 0.5F, 1.0F}) {
+    const float angle = part * std::min(turn, kFarthest);
+    const Vec3 comes = shell.centre + along + std::cos(angle) * (arm - along) - std::sin(angle) * across;
+    const float v = vps::penetration(pair.distances, to_shell.apply(comes), {});
+    if (!(std::abs(v) <= kFacet_vx * pair.distances.voxel_size)) return false;
+  }
+  return true;
+}
+
+// On a straight line, points of the flank of a body that turns far go deep into the partner, and the solver, which
+// stops them, throws the body up. Where the body is round, a place of the flank comes no deeper than the deepest one:
+// it meets the partner with the lowest place of its circle, which falls as the centre does.
+void meet_with_circles(const StepPair& pair, const Partner& partner, const Course& shell, const Contact& deepest,
+                       FoundContacts& found) {
+  constexpr float kFacet_vx = 0.5F;
+  if (pair.distances.field == Field::none) return;
+  const Transform to_shell = found.in_shell_frame ? Transform(Pose()) : pair.to_shell();
+  const std::optional<Contact> of_deepest = lowest_of(shell, deepest, normal_of(partner, found, deepest, false));
+  if (!of_deepest || !is_round(pair, to_shell, shell, of_deepest->position)) return;
+  const float most = of_deepest->penetration + kFacet_vx * static_cast<float>(pair.voxel_size);
+  const Vec3 way = way_at(found.motion, shell.centre);
+  remove_contacts(found, [&](Contact& contact) {
+    if (found.is_on_map(contact)) return false;
+    const Vec3 normal = normal_of(partner, found, contact, true);
+    const std::optional<Contact> lowest = lowest_of(shell, contact, normal);
+    if (!lowest || lowest->penetration > most) return false;
+    contact = *lowest;
+    return contact.penetration + std::max(0.0F, -dot(normal, way)) < -pair.touching();
+  });
 }
 
 }  // namespace
@@ -233,6 +311,7 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
   found.motion = difference(of_shell.motion, of_partner.motion);
   found.turn = length(found.motion.turn);
   const RelativeMotion if_shell_stops = difference({}, of_partner.motion);
+  const std::optional<Contact> deepest = deepest_of(found.contacts);
   const float near = pair.touching();
   const auto keep_on_map = [&](const VoxelmapView& map) {
     const PlacedField placed(map, Pose());
@@ -278,17 +357,20 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
   if (partner.sheet == nullptr) {
     partner.field.visit(keep);
   }
+  constexpr float kTurnsFar = 0.15F;  // [rad]
+  if (deepest && !found.is_joint && length(of_shell.motion.turn) > kTurnsFar) {
+    meet_with_circles(pair, partner, of_shell, *deepest, found);
+  }
   if (std::isfinite(pair.most_closing)) {
-    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), [&](const Contact& contact) {
+    remove_contacts(found, [&](const Contact& contact) {
       const float closing = std::abs(dot(contact.inward_normal, way_at(found.motion, contact.position)));
       return contact.penetration < -near && closing > pair.most_closing;
     });
-    found.contacts = {found.contacts.begin(), last};
   }
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });
-  found.rolling = rolling(pair, partner, of_shell, of_partner, found);
+  found.rolling = rolling(pair, partner, of_shell, of_partner, found, deepest);
 }
 
 }  // namespace vps::detail

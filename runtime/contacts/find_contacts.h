@@ -26,12 +26,12 @@ struct FoundContacts {
 
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
-  std::span<const std::uint32_t> features;  ///< see feature_of
-  bool in_shell_frame = false;              ///< the contacts are in the shell's frame, not the field's
-  float way = 0;                            ///< of any point in the step; 0: contacts ahead are not sought. [m]
-  bool is_joint = false;                    ///< see Approach
-  RelativeMotion motion;                    ///< of the step, contacts' frame; only with contacts ahead
-  float reach = 0;                          ///< largest distance of a contact off the surface. [m]
+  std::span<std::uint32_t> features;  ///< see feature_of
+  bool in_shell_frame = false;        ///< the contacts are in the shell's frame, not the field's
+  float way = 0;                      ///< of any point in the step; 0: contacts ahead are not sought. [m]
+  bool is_joint = false;              ///< see Approach
+  RelativeMotion motion;              ///< of the step, contacts' frame; only with contacts ahead
+  float reach = 0;                    ///< largest distance of a contact off the surface. [m]
   /// Upper bound of the true V of the shell's points in the other body, without margins. [m]
   float most = std::numeric_limits<float>::max();
 

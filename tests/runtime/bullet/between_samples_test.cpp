@@ -2,6 +2,7 @@
 // Bodies that roll, slide and rest on contacts between the shell's points.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/runtime/bullet/world.h"
@@ -76,6 +77,35 @@ double support(const btTransform& at, const btVector3& half, const btVector3& di
 }
 
 // A contact ahead slides along the plane where it arrives. The plane goes on where the other body ends.
+// Points of the flank that were followed along straight lines threw the ball up by 0.4 to 4.7 m, the wheel by 0.9 to 6.
+TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepStayOnTheirGround) {
+  struct Case {
+    double radius, speed, rate, voxel;
+    bool is_wheel;
+  };
+  for (const Case& c :
+       {Case{0.025, 10, 60, 0.0005, false}, Case{0.025, 20, 240, 0.001, false}, Case{0.025, 40, 60, 0.001, false},
+        Case{0.3, 30, 240, 0.005, true}, Case{0.3, 30, 60, 0.005, true}, Case{0.3, 15, 60, 0.005, true}}) {
+    bullet::Shape shape(
+        baked_at(c.is_wheel ? make_wheel(c.radius, c.radius / 3, 256) : make_sphere(c.radius, 6), c.voxel));
+    btStaticPlaneShape plane({0, 0, 1}, 0);
+    World scene(c.voxel);
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    scene.add(plane, 0, {0, 0, 0}).setFriction(btScalar(c.is_wheel ? 0.8 : 0));
+    btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(c.radius)});
+    body.setFriction(btScalar(c.is_wheel ? 0.8 : 0));
+    body.setAngularVelocity({0, btScalar(c.speed / c.radius), 0});
+    if (c.is_wheel) body.setLinearVelocity({btScalar(c.speed), 0, 0});
+    double highest = 0;
+    for (int i = 0; i < int(c.rate / 2); ++i) {
+      scene.step(1, btScalar(1 / c.rate));
+      highest = std::max(highest, double(body.getWorldTransform().getOrigin().z()) - c.radius);
+    }
+    EXPECT_LT(highest, 0.08 * c.radius) << c.radius << " m, " << c.speed << " m/s, " << c.rate << " Hz";
+    EXPECT_GT(double(body.getAngularVelocity().y()) * c.radius / c.speed, 0.99) << c.speed << " m/s, " << c.rate;
+  }
+}
+
 TEST(BetweenSamples, BodiesThatDoNotTouchHaveNoContactBelowTheSurface) {
   const btVector3 half(btScalar(0.03), btScalar(0.02), btScalar(0.015));
   bullet::Shape block(baked_at(make_box({0.03, 0.02, 0.015}), 0.001));
