@@ -251,6 +251,7 @@ bool is_round(const StepPair& pair, const Transform& to_shell, const Course& she
 // On a straight line, points of the flank of a body that turns far go deep into the partner, and the solver, which
 // stops them, throws the body up. Where the body is round, a place of the flank comes no deeper than the deepest one:
 // it meets the partner with the lowest place of its circle, which falls as the centre does.
+// @param shell  relative to the partner
 void meet_with_circles(const StepPair& pair, const Partner& partner, const Course& shell, const Contact& deepest,
                        FoundContacts& found) {
   constexpr float kFacet_vx = 0.5F;
@@ -259,7 +260,7 @@ void meet_with_circles(const StepPair& pair, const Partner& partner, const Cours
   const std::optional<Contact> of_deepest = lowest_of(shell, deepest, normal_of(partner, found, deepest, false));
   if (!of_deepest || !is_round(pair, to_shell, shell, of_deepest->position)) return;
   const float most = of_deepest->penetration + kFacet_vx * static_cast<float>(pair.voxel_size);
-  const Vec3 way = way_at(found.motion, shell.centre);
+  const Vec3 way = way_at(shell.motion, shell.centre);
   remove_contacts(found, [&](Contact& contact) {
     if (found.is_on_map(contact)) return false;
     const Vec3 normal = normal_of(partner, found, contact, true);
@@ -358,8 +359,10 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
     partner.field.visit(keep);
   }
   constexpr float kTurnsFar = 0.15F;  // [rad]
-  if (deepest && !found.is_joint && length(of_shell.motion.turn) > kTurnsFar) {
-    meet_with_circles(pair, partner, of_shell, *deepest, found);
+  if (deepest && !found.is_joint && std::min(found.turn, length(of_shell.motion.turn)) > kTurnsFar) {
+    Course relative = of_shell;
+    relative.motion = found.motion;
+    meet_with_circles(pair, partner, relative, *deepest, found);
   }
   if (std::isfinite(pair.most_closing)) {
     remove_contacts(found, [&](const Contact& contact) {
