@@ -94,6 +94,10 @@ float most_closing(const PairBody& first, const PairBody& second, btScalar step,
   const float restitution = number(first.object->getRestitution() * second.object->getRestitution());
   if (!(restitution > 0)) return std::numeric_limits<float>::infinity();
   constexpr float kThreshold = 0.2F;  // btContactSolverInfo::m_restitutionVelocityThreshold by default. [m/s]
+  // A multibody's velocity has the gain of the step when Bullet looks at it.
+  for (const PairBody* const body : {&first, &second}) {
+    if (body->object->getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK) return kThreshold * number(step);
+  }
   const float fall = detail::length(motions[0].fall - motions[1].fall);
   return std::max(kThreshold * number(step) + fall, fall / (2 * restitution));
 }
