@@ -257,15 +257,23 @@ void meet_with_circles(const StepPair& pair, const Partner& partner, const Cours
   constexpr float kFacet_vx = 0.5F;
   if (pair.distances.field == Field::none) return;
   const Transform to_shell = found.in_shell_frame ? Transform(Pose()) : pair.to_shell();
+  const float facet = kFacet_vx * static_cast<float>(pair.voxel_size);
+  // At an edge the partner is not there. Triangles are not asked.
+  const auto is_met = [&](const Contact& lowest) {
+    if (partner.sheet != nullptr) return lowest.penetration <= deepest.penetration + facet;
+    const float v =
+        partner.field.visit([&](const auto& field) { return vps::penetration(field, lowest.position, {}); });
+    return std::abs(v + pair.margin - lowest.penetration) <= facet;
+  };
   const std::optional<Contact> of_deepest = lowest_of(shell, deepest, normal_of(partner, found, deepest, false));
-  if (!of_deepest || !is_round(pair, to_shell, shell, of_deepest->position)) return;
-  const float most = of_deepest->penetration + kFacet_vx * static_cast<float>(pair.voxel_size);
+  if (!of_deepest || !is_met(*of_deepest) || !is_round(pair, to_shell, shell, of_deepest->position)) return;
+  const float most = of_deepest->penetration + facet;
   const Vec3 way = way_at(shell.motion, shell.centre);
   remove_contacts(found, [&](Contact& contact) {
     if (found.is_on_map(contact)) return false;
     const Vec3 normal = normal_of(partner, found, contact, true);
     const std::optional<Contact> lowest = lowest_of(shell, contact, normal);
-    if (!lowest || lowest->penetration > most) return false;
+    if (!lowest || lowest->penetration > most || !is_met(*lowest)) return false;
     contact = *lowest;
     return contact.penetration + std::max(0.0F, -dot(normal, way)) < -pair.touching();
   });
@@ -363,12 +371,6 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
     Course relative = of_shell;
     relative.motion = found.motion;
     meet_with_circles(pair, partner, relative, *deepest, found);
-  }
-  if (std::isfinite(pair.most_closing)) {
-    remove_contacts(found, [&](const Contact& contact) {
-      const float closing = std::abs(dot(contact.inward_normal, way_at(found.motion, contact.position)));
-      return contact.penetration < -near && closing > pair.most_closing;
-    });
   }
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -51,9 +50,6 @@ struct StepPair {
   std::uint32_t segment_level = 0;  ///< that the engine asks for; 0: none
   /// Both null: no contacts ahead are sought.
   const StepMotion *shell_motion = nullptr, *field_motion = nullptr;
-
-  /// Contacts ahead close no farther in the step: those of bodies that bounce are there when they touch. [m]
-  float most_closing = std::numeric_limits<float>::infinity();
 
   Pose shell_to_field = relative_pose(field_pose, shell_pose);
   [[nodiscard]] Transform to_shell() const noexcept { return Transform(relative_pose(shell_pose, field_pose)); }

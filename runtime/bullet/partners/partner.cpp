@@ -87,9 +87,10 @@ StepMotion motion_in_step(const PairBody& body, btScalar step) {
           inverse_mass(object) > 0 && !is_triangle_mesh(body.shape->getShapeType())};
 }
 
-// A contact ahead takes from the bounce of what closes fast. What Bullet lets bounce no more, slower than its
-// threshold, or what gravity would bring back within the step, needs contacts ahead to come to rest. [m]
-float most_closing(const PairBody& first, const PairBody& second, btScalar step, const StepMotion (&motions)[2]) {
+// Contacts ahead take from a bounce. What Bullet lets bounce no more, slower than its threshold, or what gravity would
+// bring back within the step, needs them to come to rest.
+// @return the farthest way of a pair in the step with which it has them. [m]
+float most_way(const PairBody& first, const PairBody& second, btScalar step, const StepMotion (&motions)[2]) {
   using detail::operator-;
   const float restitution = number(first.object->getRestitution() * second.object->getRestitution());
   if (!(restitution > 0)) return std::numeric_limits<float>::infinity();
@@ -107,8 +108,7 @@ float most_closing(const PairBody& first, const PairBody& second, btScalar step,
 PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance, LookAhead ahead) {
   const bool looks_ahead = ahead == LookAhead::yes;
   const auto motion_of = [&](const PairBody& body) { return looks_ahead ? motion_in_step(body, step) : StepMotion(); };
-  PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0, 0};
-  out.most_closing = most_closing(first, second, step, out.motions);
+  PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0};
   double voxel = std::numeric_limits<double>::max();
   float spacing = 0;
   for (const PairBody* const body : {&first, &second}) {
@@ -122,7 +122,10 @@ PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, b
     out.margin += number(body->vps->getMargin());
   }
   if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);
-  out.query.approach.way = std::min(out.query.approach.way, out.most_closing);
+  if (out.query.approach.way > most_way(first, second, step, out.motions)) {
+    out.looks_ahead = false;
+    out.query.approach = {};
+  }
   out.query.most_ahead = kManifoldsAhead * MANIFOLD_CACHE_SIZE;
   out.query.distance = std::max(detail::contact_distance(voxel, spacing), number(distance));
   out.reach = double{out.query.distance + out.query.approach.way};
@@ -147,19 +150,17 @@ detail::StepPair in_step(const Pair& pair, const PairStep* step) {
   // Fields of Bullet's convex shapes include their margins.
   const bool is_thick = field != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
   const bool moves = step != nullptr && step->looks_ahead;
-  detail::StepPair out{shell.pointshell(),
-                       shell.distances(),
-                       to_pose(pair.shell.world, pair.shell.asset_frame()),
-                       to_pose(pair.field.world, field_frame(pair.field)),
-                       voxel,
-                       field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
-                       number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
-                       foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
-                       shell.segment_level(),
-                       moves ? &step->motions[0] : nullptr,
-                       moves ? &step->motions[1] : nullptr};
-  if (moves) out.most_closing = step->most_closing;
-  return out;
+  return {shell.pointshell(),
+          shell.distances(),
+          to_pose(pair.shell.world, pair.shell.asset_frame()),
+          to_pose(pair.field.world, field_frame(pair.field)),
+          voxel,
+          field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
+          number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
+          foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
+          shell.segment_level(),
+          moves ? &step->motions[0] : nullptr,
+          moves ? &step->motions[1] : nullptr};
 }
 
 detail::Workspace& workspace() {

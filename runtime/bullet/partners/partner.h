@@ -45,11 +45,10 @@ struct PairStep {
   detail::SideQuery query;  ///< the same for both sides
   double reach;             ///< farthest distance at which contacts are sought, without the margins. [m]
   float margin;             ///< thickness of the pair by the margins of its Shapes. [m]
-  float most_closing;       ///< see detail::StepPair. [m]
 };
 /// @param step      [s]
 /// @param distance  at which surfaces are in contact in any case. [m]
-/// @param ahead     no: contacts ahead are not sought
+/// @param ahead     no: contacts ahead are not sought. Nor are they for a pair that bounces
 /// @pre one of the bodies is a Shape
 [[nodiscard]] PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance,
                                LookAhead ahead);
