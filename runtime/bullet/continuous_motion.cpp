@@ -95,7 +95,11 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
     allowed += kSlides * reach;
     gap += kSlides * reach;
   }
-  const double least = (double(step) - time) / max_iterations;
+  // Steps of half a body pass no wall. Those of tiny bodies would be thousands.
+  constexpr double kMostSteps = 4;
+  const double longest = (double(step) - time) / max_iterations;
+  const double half = double{sphere_radius(in_step(start).shell, 0)} / speed;
+  const double least = std::clamp(half, longest / kMostSteps, longest);
   while (time < double(step)) {
     const double before = time;
     time = std::min(time + std::max(least, gap / speed), double(step));

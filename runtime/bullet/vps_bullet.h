@@ -189,7 +189,8 @@ class Shape final : public btConcaveShape {
 
 struct ContinuousMotionOptions {
   float free_vx = 0.5F;  ///< bodies that move less in a step are left alone. [Limits: value >= 0] [Units: vx]
-  /// Distance queries per pair and step, and as many again where bodies move along each other. [Limits: value >= 1]
+  /// Distance queries per pair and step, and up to four times as many where bodies move along each other.
+  /// [Limits: value >= 1]
   std::uint32_t max_iterations = 64;
 };
 

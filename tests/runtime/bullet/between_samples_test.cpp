@@ -106,6 +106,34 @@ TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepStayOnTheirGround) {
   }
 }
 
+// Where the plane of a contact at the kerb's edge goes on, the kerb does not: they were 16 to 48 voxels deep.
+TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepMeetKerbs) {
+  constexpr double kRadius = 0.1;
+  constexpr double kVoxel = 0.004;
+  bullet::Shape ball(baked_at(make_sphere(kRadius, 5), kVoxel));
+  bullet::Shape wheel(baked_at(make_wheel(kRadius, 0.03, 256), kVoxel));
+  btBoxShape ground({2, 1, btScalar(0.1)});
+  btBoxShape kerb({btScalar(0.5), 1, btScalar(0.1)});
+  for (bullet::Shape* const shape : {&ball, &wheel}) {
+    for (const auto& [speed, rate] : {std::pair{2.0, 120.0}, std::pair{5.0, 240.0}}) {
+      World scene(kVoxel);
+      scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+      scene.add(ground, 0, {0, 0, btScalar(-0.1)}).setFriction(btScalar(0.7));
+      scene.add(kerb, 0, {1, 0, btScalar(-0.06)}).setFriction(btScalar(0.7));
+      btRigidBody& body = scene.add(*shape, 1, {0, 0, btScalar(kRadius)});
+      body.setFriction(btScalar(0.7));
+      body.setLinearVelocity({btScalar(speed), 0, 0});
+      body.setAngularVelocity({0, btScalar(speed / kRadius), 0});
+      double deepest = 0;
+      for (int i = 0; i < int(rate / 2); ++i) {
+        scene.step(1, btScalar(1 / rate));
+        for (const btManifoldPoint& point : scene.points()) deepest = std::max(deepest, -double(point.getDistance()));
+      }
+      EXPECT_LT(deepest, 5 * kVoxel) << shape->getName() << ' ' << speed << " m/s, " << rate << " Hz";
+    }
+  }
+}
+
 TEST(BetweenSamples, BodiesThatDoNotTouchHaveNoContactBelowTheSurface) {
   const btVector3 half(btScalar(0.03), btScalar(0.02), btScalar(0.015));
   bullet::Shape block(baked_at(make_box({0.03, 0.02, 0.015}), 0.001));

@@ -91,6 +91,48 @@ TEST(ContinuousMotion, ABodyThatFliesLowIsHeldBackByWallsAlone) {
   }
 }
 
+// A floor from x = -0.3 to 0.3 m with a wall of 16 mm at its end.
+TriangleMesh floor_with_wall() {
+  constexpr double kProfile[6][2] = {{-0.3, -0.02}, {0.316, -0.02}, {0.316, 0.5}, {0.3, 0.5}, {0.3, 0}, {-0.3, 0}};
+  TriangleMesh mesh;
+  for (const double y : {-0.1, 0.1}) {
+    for (const auto& [x, z] : kProfile) mesh.vertices.push_back({x, y, z});
+  }
+  for (std::uint32_t k = 0; k < 6; ++k) {
+    const std::uint32_t next = (k + 1) % 6;
+    mesh.triangles.push_back({k, next + 6, next});
+    mesh.triangles.push_back({k, k + 6, next + 6});
+    if (k == 4 || next == 4) continue;
+    mesh.triangles.push_back({4, k, next});
+    mesh.triangles.push_back({10, next + 6, k + 6});
+  }
+  return mesh;
+}
+
+// It touches the floor, and the wall is of the same mesh.
+TEST(ContinuousMotion, ABodyThatSlidesIsStoppedByAWall) {
+  bullet::Shape cube(baked_at(make_box({0.004, 0.004, 0.004}), 0.0004));
+  bullet::Shape ground(baked_at(floor_with_wall(), 0.002));
+  for (const double speed : {20.0, 100.0}) {
+    for (int start = 0; start < 5; ++start) {
+      FastScene scene;
+      scene.world.setGravity({0, 0, btScalar(-9.81)});
+      const btVector3 centre = ground.centre_of_mass();
+      scene.add(ground, 0, centre).setFriction(0);
+      btRigidBody& body = scene.add(cube, btScalar(0.01), {btScalar(-0.28 + 0.05 * start), 0, btScalar(0.004)});
+      body.setFriction(0);
+      for (int i = 0; i < 20; ++i) scene.step(1, btScalar(1.0 / 60));  // it comes to rest
+      body.setLinearVelocity({btScalar(speed), 0, 0});
+      double farthest = -1;
+      for (int i = 0; i < 6; ++i) {
+        scene.step(1, btScalar(1.0 / 60));
+        farthest = std::max(farthest, double(body.getWorldTransform().getOrigin().x()));
+      }
+      EXPECT_NEAR(farthest, 0.296, 0.004) << speed << " m/s, start " << start;
+    }
+  }
+}
+
 // Speculative contacts stop bodies too, except those with restitution.
 TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
   World scene;
