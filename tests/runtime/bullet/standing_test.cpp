@@ -439,24 +439,18 @@ TEST(Standing, ARingThatBouncesComesToRestOnTheSurface) {
   constexpr double kVoxel = 0.001;
   bullet::Shape ring(baked_at(make_torus(0.03, 0.01, 64, 32), kVoxel));
   btBoxShape box({btScalar(0.3), btScalar(0.3), btScalar(0.03)});
-  for (const double rate : {60.0, 120.0}) {
-    for (const double restitution : {0.1, 0.5}) {
+  for (const double restitution : {0.1, 0.5}) {
+    for (const double rate : {60.0, 120.0}) {
       Random random;
       for (int start = 0; start < kStarts; ++start) {
         Advised scene(kVoxel);
         scene.add(box, 0, {0, 0, btScalar(-0.03)}).setRestitution(1);
         btRigidBody& body = scene.add(ring, btScalar(0.1), btTransform(any_rotation(random), {0, 0, btScalar(0.056)}));
         body.setRestitution(btScalar(restitution));
-        double deepest = 0;
-        double fastest = 0;
-        for (int i = 0; i < int(4 * rate); ++i) {
-          scene.step(1, btScalar(1 / rate));
-          if (i < int(3.5 * rate)) continue;
-          fastest = std::max(fastest, double(body.getLinearVelocity().length()));
-          for (const btManifoldPoint& point : scene.points()) deepest = std::max(deepest, -double(point.getDistance()));
-        }
-        EXPECT_TRUE(deepest < 0.5 * kVoxel && fastest < 0.02)
-            << deepest << ' ' << fastest << ", " << rate << " Hz, restitution " << restitution << ", start " << start;
+        scene.step(int(4 * rate), btScalar(1 / rate));
+        EXPECT_LT(double(body.getLinearVelocity().length()), 0.02) << rate << ' ' << restitution << ' ' << start;
+        for (const btManifoldPoint& point : scene.points())
+          EXPECT_GT(double(point.getDistance()), -0.5 * kVoxel) << rate;
       }
     }
   }
