@@ -135,6 +135,22 @@ struct Over {
 
 constexpr float kIntoTops_vx = 0.5F;  // in the plane over tops a solid that stands on them is no deeper
 
+// Whether a hull of many corners rolls without slip. They are facets of something round then, and on a plane they brake
+// it.
+bool rolls_on_facets(const Over& over, const Partner& partner, Vec3 centre) {
+  const StepPair& pair = over.pair;
+  if (partner.hull.places.size() <= kMostCorners || pair.field_motion == nullptr) return false;
+  constexpr float kTurns = 2e-3F;  // [rad]
+  constexpr float kSlip = 0.5F;    // of what it turns
+  const StepMotion& motion = *pair.field_motion;
+  if (!(length(motion.turn) > kTurns)) return false;
+  const Vec3 up = -1.0F * Transform(pair.field_pose).rotate(over.down);
+  const Vec3 height = (value_at(over.plane, over.to_map.apply(centre))) * up;
+  const Vec3 turned = cross(motion.turn, height);  // how far the lowest place turns about the centre
+  const Vec3 slip = motion.way - pair.shell_motion->way + turned;
+  return length(slip - dot(up, slip) * up) < kSlip * length(turned);
+}
+
 // The corners of the face with which a solid stands on a plane, bits; 0: it is deep in it, or has no face there.
 std::uint32_t face_on(const Over& over) {
   const float margin = over.pair.margin;
@@ -276,6 +292,7 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   }
   if (plane == nullptr) return {};
   const Over ground = over(*plane);
+  if (rolls_on_facets(ground, partner, ball.centre)) return {};
   float most = -distance;
   for (std::size_t i = 0; i < ground.outermost.places().size(); ++i) {
     const Contact contact = ground.contact(ground.outermost.places()[i], i);
