@@ -283,7 +283,8 @@ TEST_F(Validate, AnOpenMeshIsToldOfAsTheMeshAfterTheOtherChecks) {
   std::string text = read_file(sample("cube"));
   text.resize(text.rfind("f "));
   write_file(folder_ / "open.obj", text);
-  const Outcome open = vpsbake(folder_, "validate a.vps.hdf --mesh open.obj --repair none");
+  ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 5mm -o cube.vps.hdf").code, 0);
+  const Outcome open = vpsbake(folder_, "validate cube.vps.hdf --mesh open.obj --repair none");
   EXPECT_EQ(open.code, 3);
   EXPECT_TRUE(open.err.starts_with("vpsbake: error: open.obj: the mesh is open")) << open.err;
   EXPECT_NE(open.out.find("  ok       hashes"), std::string::npos) << open.out;
