@@ -97,6 +97,7 @@ class Finder {
       if (name.starts_with('.')) continue;
       if (entry.is_directory(failed) && !entry.is_symlink(failed)) {
         const std::string inner = below + name + '/';
+        drop_matching(inner, idle_);
         if (!is_excluded(inner) && !fs::equivalent(entry.path(), inputs_.folder, failed)) search(root, inner);
       } else if (has_mesh_extension(name) && !entry.is_directory(failed)) {
         add(root, below + name);
@@ -147,8 +148,7 @@ class Finder {
   }
 
   // @param path  relative to the given folder; with a slash at the end it means all below that folder
-  bool is_excluded(const std::string& path) {
-    drop_matching(path, idle_);
+  [[nodiscard]] bool is_excluded(const std::string& path) const {
     return any_matches(inputs_.exclude, path) || std::any_of(layers_.begin(), layers_.end(), [&](const Layer& layer) {
              return any_matches(layer.settings.exclude, path.substr(layer.folder.size()));
            });
@@ -156,6 +156,7 @@ class Finder {
 
   // @param path  relative to `root`
   void add(const fs::path& root, const std::string& path) {
+    drop_matching(path, idle_);
     for (Layer& layer : layers_) drop_matching(path.substr(layer.folder.size()), layer.idle);
     if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;

@@ -45,10 +45,11 @@ void add_corner_contact(const VoxelmapView& map, const Transform& to_map, Vec3 c
 bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, const Transform& to_map,
                          const Corners& corners, float reach, std::vector<Contact>& contacts) {
   const Vec3 centre = sphere_centre(shell, 0);
+  const float of_shell = sphere_radius(shell, 0) + reach;
   const std::size_t before = contacts.size();
   for (std::size_t i = 0; i < corners.places.size(); ++i) {
     const float rounding = corners.rounding(i);
-    const float farthest = sphere_radius(shell, 0) + reach + rounding;
+    const float farthest = of_shell + rounding;
     const Vec3 at = to_map.apply(corners.places[i]);
     const Vec3 away = at - centre;
     if (!(dot(away, away) <= farthest * farthest) || vps::penetration(map, at, {}) + rounding < -reach) continue;

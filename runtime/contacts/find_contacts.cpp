@@ -244,9 +244,10 @@ void use_distances(const FieldQuery& query, const Round& round, FoundContacts& f
 // Whether a corner lies near the sphere around the shell.
 bool is_any_near(const Corners& corners, const StepPair& pair, float reach) {
   const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+  const float of_shell = sphere_radius(pair.shell, 0) + reach;
   for (std::size_t i = 0; i < corners.places.size(); ++i) {
     const Vec3 away = corners.places[i] - centre;
-    const float farthest = sphere_radius(pair.shell, 0) + reach + corners.rounding(i) + pair.touching();
+    const float farthest = of_shell + corners.rounding(i) + pair.touching();
     if (dot(away, away) <= farthest * farthest) return true;
   }
   return false;
