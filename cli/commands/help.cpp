@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "cli/commands/commands.h"
@@ -20,11 +19,9 @@ Command add_help_command(CLI::App& app) {
   return {help, [words, &app] {
             const CLI::App* named = &app;
             for (const std::string& word : *words) {
-              const auto inner = commands_of(*named);
-              const auto found = std::find_if(inner.begin(), inner.end(),
-                                              [&](const CLI::App* one) { return one->get_name() == word; });
-              if (found == inner.end()) return fail(kCommandLine, "command line", unknown_command(*named, word));
-              named = *found;
+              const auto found = named->get_subcommands([&](const CLI::App* one) { return one->get_name() == word; });
+              if (found.empty()) return fail(kCommandLine, "command line", unknown_command(*named, word));
+              named = found.front();
             }
             fmt::print("{}", named->get_formatter()->make_help(named, full_name(*named), CLI::AppFormatMode::Normal));
             return int{kOk};

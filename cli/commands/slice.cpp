@@ -80,7 +80,7 @@ Command add_slice_command(CLI::App& app) {
   add_integer(*slice, "--width", arguments->width, 600, 8000,
               "Width of the picture in pixels, 600 to 8000 [default: 900]")
       ->option_text("PIXELS");
-  slice->add_option("-o,--output", arguments->output, "Picture to write [default: NAME_AXIS.png beside the asset]")
+  slice->add_option("-o,--output", arguments->output, "PNG picture to write [default: NAME_AXIS.png beside the asset]")
       ->check(not_empty())
       ->option_text("FILE");
   slice->footer("Example: vpsbake slice gear.vps.hdf --axis z --at 12mm");

@@ -15,6 +15,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/mesh_bounds.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/standard_streams.h"
 #include "cli/tools/utf8.h"
@@ -132,7 +133,7 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
       return bake::closed_mesh(*mesh, options);
     } catch (const bake::BakeError& error) {
       // A mesh in another unit does not fit the asset's voxels.
-      const std::string refusal = mesh_refusal(asset.info(), *mesh);
+      const std::string refusal = mesh_refusal(*mesh, asset.info());
       if (refusal.empty()) throw;
       throw bake::BakeError(error.stage, refusal);
     }

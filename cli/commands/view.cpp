@@ -11,9 +11,9 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/open_page.h"
 #include "cli/terminal/write_output.h"
+#include "cli/tools/mesh_bounds.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
-#include "cli/tools/validate/check.h"
 #include "cli/tools/view/motion_data.h"
 #include "cli/tools/view/page.h"
 #include "cli/tools/view/view_data.h"
@@ -44,7 +44,7 @@ int view_asset(const ViewArguments& arguments) {
   ImportedMesh mesh;
   if (!arguments.mesh.mesh.empty()) {
     mesh = import_with(arguments.mesh);
-    if (const std::string reason = mesh_refusal(asset.info(), mesh); !reason.empty())
+    if (const std::string reason = mesh_refusal(mesh, asset.info()); !reason.empty())
       return fail(kBadInput, arguments.mesh.mesh, reason);
   }
   const auto data = view_data(asset, asset_name(arguments.asset), mesh.triangles.empty() ? nullptr : &mesh);

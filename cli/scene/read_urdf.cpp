@@ -208,6 +208,14 @@ bool is_positive(const std::array<double, 9>& i) {
   return minor > 0 && determinant > kLeast * i[0] * i[4] * i[8];
 }
 
+// Whether a body may have an inertia: no moment is above the sum of the others. @pre its moments are positive
+bool is_of_a_body(std::array<double, 9> i) {
+  constexpr double kRounding = 1e-3;
+  const double half = (0.5 + kRounding) * (i[0] + i[4] + i[8]);
+  for (std::size_t k = 0; k < 9; ++k) i[k] = (k % 4 == 0 ? half : 0) - i[k];
+  return i[0] > 0 && i[4] > 0 && i[8] > 0 && is_positive(i);
+}
+
 class Reader {
  public:
   Reader(const urdf::ModelInterface& model, const fs::path& file, const UrdfElements& elements)
@@ -244,6 +252,10 @@ class Reader {
     Placement pose;             // of the child, in the parent
   };
 
+  void leave_out(const urdf::Joint& joint, const std::string& reason) {
+    scene_.assumptions.push_back(fmt::format("joint '{}' is left out: {}", joint.name, reason));
+  }
+
   // Adds a joint of one axis whose child has a mass: others are left to the program.
   void add_joint(const Held& held, const std::map<std::size_t, std::size_t>& number) {
     const urdf::Joint& joint = *held.joint;
@@ -258,21 +270,29 @@ class Reader {
       case urdf::Joint::PRISMATIC:
         added.type = SceneJoint::Type::prismatic;
         break;
-      default:
+      case urdf::Joint::FLOATING:
         return;
+      default:
+        return leave_out(joint, "its type is not supported");
+    }
+    if (joint.mimic) {
+      scene_.assumptions.push_back(fmt::format("joint '{}' mimics '{}', which is not read: it moves by itself",
+                                               joint.name, joint.mimic->joint_name));
     }
     const auto is_link = [&](std::size_t i) { return number.count(i) > 0 || links_.count(i) > 0; };
     for (const std::size_t i : {held.parent, held.child}) {
       Rigid& rigid = rigids_[i];
       if (is_link(i) || (i == held.parent && (rigid.fixed || !(rigid.body.mass > 0)))) continue;
-      if (!(rigid.body.mass > 0)) return;
+      const std::string no_link = fmt::format("link '{}' has neither shape nor ", names_[i]);
+      if (!(rigid.body.mass > 0)) return leave_out(joint, no_link + "mass");
       SceneBody link = finished(rigid, false);
-      if (!link.inertia) return;
+      if (!link.inertia) return leave_out(joint, no_link + "inertia");
       links_.insert(i);
       scene_.links.push_back(std::move(link));
     }
     const bool on_world = !is_link(held.parent);
-    if (on_world && held.parent != 0) return;  // it hangs on a link that has neither shape nor mass
+    if (on_world && held.parent != 0)
+      return leave_out(joint, fmt::format("link '{}' has neither shape nor mass", names_[held.parent]));
     const auto name_of = [&](std::size_t i) { return names_[i]; };
     added.name = joint.name;
     added.parent = on_world ? "" : name_of(held.parent);
@@ -381,6 +401,12 @@ class Reader {
         body.inertia = {i[0], i[4], i[8], 0, 0, 0};
         scene_.assumptions.push_back(
             fmt::format("link '{}' has products of inertia too large for its moments: they are left out", body.name));
+      } else if (body.inertia && !is_of_a_body(i)) {
+        const bool has_shapes = !body.shapes.empty();
+        if (has_shapes) body.inertia.reset();
+        scene_.assumptions.push_back(
+            fmt::format("link '{}' has moments of inertia that no body has, one above the sum of the others{}",
+                        body.name, has_shapes ? ": those of its shapes are taken" : ""));
       }
     } else {
       body.mass = 0;
@@ -433,8 +459,10 @@ Scene read_urdf(const fs::path& file) {
   if (reason.empty() && !listener.messages().empty()) reason = listener.messages().front();
   if (reason.empty() && (!model || !model->getRoot())) reason = "it has no links";
   if (!reason.empty()) {
+    const bool is_geometry = reason.find("Unknown geometry type") != reason.npos;
     throw SceneError(elements.of_messages(listener.messages()),
-                     fmt::format("this is not a URDF that can be used: {}", reason));
+                     fmt::format("this is not a URDF that can be used: {}{}", reason,
+                                 is_geometry ? "; a URDF has meshes, boxes, spheres and cylinders" : ""));
   }
   Scene scene = Reader(*model, file, elements).read();
   scene.notes = elements.notes();

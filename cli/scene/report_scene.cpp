@@ -168,7 +168,7 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
                   cost_of_everything(report, planned.asset));
   };
   const bool is_first = users_of(report.plan, planned.asset).front() == planned.body;
-  if (!asset.is_needed()) {
+  if (!asset.is_needed() || !overlap(planned.parts, Use::everything)) {
     return fmt::format("  {}: meets nobody, nothing baked{}\n", mesh, is_first ? fmt::format("; {}", saved()) : "");
   }
   const bake::BakeOptions& o = asset.options;

@@ -17,6 +17,7 @@ namespace {
 double unit_size(const std::string& unit, const std::map<std::string, double>& units) {
   const auto it = units.find(unit);
   if (it != units.end()) return it->second;
+  if (unit.starts_with(',')) throw UsageError("a number has a decimal point, not a comma: '" + unit + "'");
   std::string names;
   for (const auto& [name, size] : units) names += (names.empty() ? "" : ", ") + name;
   throw UsageError("unknown unit '" + unit + "'; use one of " + names);

@@ -27,10 +27,19 @@ std::size_t edits_between(std::string_view a, std::string_view b) {
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& names) {
   constexpr std::size_t kLongest = 100;  // a longer text is no mistyped name
   if (mistyped.size() > kLongest) return std::nullopt;
+  const std::size_t dashes = std::min(mistyped.find_first_not_of('-'), mistyped.size());
+  constexpr std::size_t kBeginning = 3;  // letters that may stand for the whole name
+  if (mistyped.size() >= dashes + kBeginning) {
+    const auto begun =
+        std::find_if(names.begin(), names.end(), [&](const auto& name) { return name.starts_with(mistyped); });
+    if (begun != names.end()) return *begun;
+  }
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
     return edits_between(mistyped, a) < edits_between(mistyped, b);
   });
-  if (nearest == names.end() || edits_between(mistyped, *nearest) > 1 + nearest->size() / 3) return std::nullopt;
+  if (nearest == names.end()) return std::nullopt;
+  const std::size_t letters = nearest->size() - std::min(dashes, nearest->size());
+  if (edits_between(mistyped, *nearest) > 1 + letters / 3) return std::nullopt;
   return *nearest;
 }
 

@@ -9,7 +9,8 @@
 
 namespace vps::cli {
 
-/// The name with the fewest edits (Levenshtein 1966); of several the first, so list common names first.
+/// The name that begins so, or the one with the fewest edits (Levenshtein 1966); of several the first, so list common
+/// names first.
 /// @return nothing when every name needs too many edits
 [[nodiscard]] std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& names);
 

@@ -70,16 +70,17 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   double allowed = 0;
   double gap = 0;
   const auto look_at = [&](double time) {
-    double penetration = 0;
-    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), partners, guess, penetration)) return false;
-    gap = allowed - penetration;
+    double deepest = 0;
+    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), partners, guess, deepest)) return false;
+    gap = allowed - deepest;
     return true;
   };
   if (!look_at(0)) return step;
-  const bool apart = -gap < -0.5 * reach;
+  const double penetration = -gap;
+  const bool apart = penetration < -0.5 * reach;
   // Springs need penetration to push: a body held at the surface would only gain speed.
   if (!apart && foundation_of(start).stiffness > 0) return step;
-  allowed = std::max(-0.5 * reach, -gap + 2.5 * reach);
+  allowed = std::max(-0.5 * reach, penetration + 2.5 * reach);
   gap += allowed;
   double time = 0;
   for (std::uint32_t i = 1; i < max_iterations && gap > 0.25 * reach; ++i) {
@@ -90,10 +91,10 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   if (gap <= 0.25 * reach) return static_cast<btScalar>(time);
   // The iterations have run out: the bodies move along each other. They go on in even steps, up to where one of these
   // is too deep. Those that slide or roll may come a little deeper.
-  constexpr double kSlides = 20;  // two voxels
   if (!apart) {
-    allowed += kSlides * reach;
-    gap += kSlides * reach;
+    const double slides = 20 * reach;  // two voxels: touching() is a tenth of one
+    allowed += slides;
+    gap += slides;
   }
   // Steps of half a body pass no wall. Those of tiny bodies would be thousands.
   constexpr double kMostSteps = 4;

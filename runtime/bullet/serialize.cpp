@@ -6,11 +6,13 @@
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btSerializer.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <vector>
 
+#include "runtime/bullet/partners/for_each_leaf.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::bullet {
@@ -106,9 +108,7 @@ int reattach(btCollisionWorld& world, std::span<Shape* const> shapes) {
   Reattach reattach(shapes);
   for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
     btCollisionObject* const object = world.getCollisionObjectArray()[i];
-    const int before = reattach.count;
     btCollisionShape* const shape = reattach.in_place_of(object->getCollisionShape());
-    if (reattach.count == before) continue;
     btRigidBody* const body = btRigidBody::upcast(object);
     if (shape != object->getCollisionShape() && body != nullptr && body->getInvMass() > 0) {
       const btScalar mass = 1 / body->getInvMass();
@@ -118,6 +118,16 @@ int reattach(btCollisionWorld& world, std::span<Shape* const> shapes) {
       body->updateInertiaTensor();
     }
     object->setCollisionShape(shape);
+  }
+  if (reattach.count == 0) return 0;
+  // After all: bodies may share a compound.
+  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
+    btCollisionObject* const object = world.getCollisionObjectArray()[i];
+    bool has_shape = false;
+    for_each_leaf(*object, [&](const Leaf& leaf) {
+      has_shape = has_shape || std::find(shapes.begin(), shapes.end(), leaf.shape) != shapes.end();
+    });
+    if (!has_shape) continue;
     world.getBroadphase()->getOverlappingPairCache()->cleanProxyFromPairs(object->getBroadphaseHandle(),
                                                                           world.getDispatcher());
     world.updateSingleAabb(object);

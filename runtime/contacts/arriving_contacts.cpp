@@ -214,34 +214,39 @@ void remove_contacts(FoundContacts& found, const Is& is) {
   found.contacts = found.contacts.first(kept);
 }
 
-// The lowest place of the circle of a contact's point about the centre of its body. Nothing where the body does not
-// roll, but spins on a face.
+constexpr float kFacet_vx = 0.5F;  // how far the surface of a round body is off its circles
+
+// The way of a place about the centre of its body.
+struct Circle {
+  Vec3 axis, centre, arm;
+};
+Circle circle_of(const Course& body, Vec3 place) {
+  const Vec3 axis = (1 / length(body.motion.turn)) * body.motion.turn;
+  const Vec3 centre = body.centre + dot(axis, place - body.centre) * axis;
+  return {axis, centre, place - centre};
+}
+
+// The lowest place of a contact's circle. Nothing where the body does not roll, but spins on a face.
 // @param normal  of the partner there, into the body
 std::optional<Contact> lowest_of(const Course& roller, Contact contact, Vec3 normal) {
-  const Vec3 axis = (1 / length(roller.motion.turn)) * roller.motion.turn;
-  const Vec3 up = normal - dot(axis, normal) * axis;
+  const Circle circle = circle_of(roller, contact.position);
+  const Vec3 up = normal - dot(circle.axis, normal) * circle.axis;
   constexpr float kLevel = 0.7F;  // cosine of the axis against the face
   if (!(length(up) > kLevel)) return {};
-  const Vec3 arm = contact.position - roller.centre;
-  const Vec3 along = dot(axis, arm) * axis;
-  const Vec3 place = roller.centre + along - (length(arm - along) / length(up)) * up;
+  const Vec3 place = circle.centre - (length(circle.arm) / length(up)) * up;
   contact.penetration += dot(normal, contact.position - place);
   contact.position = place;
   return contact;
 }
 
 // Whether the shell's body has its surface along the circle of a place, from there to what comes there in the step.
-bool is_round(const StepPair& pair, const Transform& to_shell, const Course& shell, Vec3 place) {
+bool is_round_about_axis(const StepPair& pair, const Transform& to_shell, const Course& shell, Vec3 place) {
   constexpr float kFarthest = 1;  // farther round it is not asked. [rad]
-  constexpr float kFacet_vx = 0.5F;
-  const float turn = length(shell.motion.turn);
-  const Vec3 axis = (1 / turn) * shell.motion.turn;
-  const Vec3 arm = place - shell.centre;
-  const Vec3 along = dot(axis, arm) * axis;
-  const Vec3 across = cross(axis, arm);
+  const Circle circle = circle_of(shell, place);
+  const Vec3 across = cross(circle.axis, circle.arm);
   for (const float part : {0.0F, 0.5F, 1.0F}) {
-    const float angle = part * std::min(turn, kFarthest);
-    const Vec3 comes = shell.centre + along + std::cos(angle) * (arm - along) - std::sin(angle) * across;
+    const float angle = part * std::min(length(shell.motion.turn), kFarthest);
+    const Vec3 comes = circle.centre + std::cos(angle) * circle.arm - std::sin(angle) * across;
     const float v = vps::penetration(pair.distances, to_shell.apply(comes), {});
     if (!(std::abs(v) <= kFacet_vx * pair.distances.voxel_size)) return false;
   }
@@ -254,7 +259,6 @@ bool is_round(const StepPair& pair, const Transform& to_shell, const Course& she
 // @param shell  relative to the partner
 void meet_with_circles(const StepPair& pair, const Partner& partner, const Course& shell, const Contact& deepest,
                        FoundContacts& found) {
-  constexpr float kFacet_vx = 0.5F;
   if (pair.distances.field == Field::none) return;
   const Transform to_shell = found.in_shell_frame ? Transform(Pose()) : pair.to_shell();
   const float facet = kFacet_vx * static_cast<float>(pair.voxel_size);
@@ -266,7 +270,7 @@ void meet_with_circles(const StepPair& pair, const Partner& partner, const Cours
     return std::abs(v + pair.margin - lowest.penetration) <= facet;
   };
   const std::optional<Contact> of_deepest = lowest_of(shell, deepest, normal_of(partner, found, deepest, false));
-  if (!of_deepest || !is_met(*of_deepest) || !is_round(pair, to_shell, shell, of_deepest->position)) return;
+  if (!of_deepest || !is_met(*of_deepest) || !is_round_about_axis(pair, to_shell, shell, of_deepest->position)) return;
   const float most = of_deepest->penetration + facet;
   const Vec3 way = way_at(shell.motion, shell.centre);
   remove_contacts(found, [&](Contact& contact) {

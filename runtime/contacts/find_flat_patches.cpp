@@ -46,10 +46,7 @@ bool set_moments(const PointshellView& shell, IndexRange points, FlatPatch& patc
   const Vec3 n = patch.inward_normal = normals.times(1 / size);
   patch.area = static_cast<float>(size);
   patch.centre = centres.times(1 / area);
-  // Axes in the plane.
-  const Vec3 across = cross(n, std::abs(n.x) < 0.6F ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
-  const Vec3 u = (1 / length(across)) * across;
-  const Vec3 v = cross(n, u);
+  const auto [u, v] = Tangents(n);
   double uu = 0;
   double uv = 0;
   double vv = 0;

@@ -47,9 +47,9 @@ std::optional<HalfSpaceField> plane_around(const VoxelmapView& map, Foot foot, f
   constexpr int kAlong[] = {2, 2, 8};  // places along an edge, in steps that come closer
   const float most = kFlat_vx * map.voxel_size;
   for (const int along : kAlong) {
-    const Vec3 aside = cross(std::abs(foot.normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, foot.normal);
-    const Vec3 u = (half_edge / length(aside)) * aside;
-    const Vec3 v = cross(foot.normal, u);
+    const Tangents across(foot.normal);
+    const Vec3 u = half_edge * across.u;
+    const Vec3 v = half_edge * across.v;
     float mean = 0;  // of the heights above the plane so far. [m]
     float rise_u = 0;
     float rise_v = 0;
@@ -163,9 +163,9 @@ std::optional<HalfSpaceField> fit_top(const VoxelmapView& map, Vec3 centre, floa
   // Places beside edges tilt the first plane.
   for (const float most_vx : {kTop_vx, kFlat_vx}) {
     const Vec3 n = foot.normal;
-    const Vec3 aside = cross(std::abs(n.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, n);
-    const Vec3 u = (kSquare * radius / length(aside)) * aside;
-    const Vec3 v = cross(n, u);
+    const Tangents across(n);
+    const Vec3 u = kSquare * radius * across.u;
+    const Vec3 v = kSquare * radius * across.v;
     std::array<float, kAlong * kAlong> heights;
     const auto at = [](int k) { return 2 * static_cast<float>(k) / static_cast<float>(kAlong - 1) - 1; };
     for (int i = 0; i < kAlong * kAlong; ++i) {

@@ -30,22 +30,10 @@ constexpr float kMoved = 0.02F;
 constexpr float kOff = 0.05F;  // from the shell's surface, at the end of a step
 constexpr int kNewtonSteps = 2;
 
-// Directions across a contact's normal.
-struct Plane {
-  Vec3 u, v;
-  Plane() = default;
-  explicit Plane(Vec3 normal) {
-    const Vec3 other = std::abs(normal.x) < 0.6F ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    u = cross(normal, other);
-    u = (1 / length(u)) * u;
-    v = cross(normal, u);
-  }
-};
-
 // The place around which a function is looked up.
 struct Neighbourhood {
   Vec3 at;
-  Plane plane;
+  Tangents plane;
   float ring;  // [m]
 
   void push_ring(Places& places) const {
@@ -88,7 +76,7 @@ struct RingFit {
 
   RingFit() = default;
   // @param ring  values. [rings]
-  RingFit(const Plane& plane, const float* ring) {
+  RingFit(const Tangents& plane, const float* ring) {
     // The harmonics of eight values, from sums and differences of opposite ones.
     float even[kRing / 2];
     float odd[kRing / 2];
@@ -398,7 +386,7 @@ void slide_to_deepest(const TouchingBodies& bodies, std::span<Slider> sliders) n
       way.slider = &some[i];
       way.start = some[i].contact->position;
       way.normal = some[i].contact->inward_normal;
-      way.here.near = {way.start, Plane(way.normal), some[i].reach.ring};
+      way.here.near = {way.start, Tangents(way.normal), some[i].reach.ring};
       way.off_shell = 0;
       way.is_capped = way.is_least = false;
       all.push(way);
@@ -417,7 +405,7 @@ void slide_to_deepest(const TouchingBodies& bodies, std::span<Slider> sliders) n
 
 bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept {
   // In the band, also where the shell is steep.
-  const Neighbourhood near{contact.position, Plane(contact.inward_normal), 1.25F * bodies.voxel_size};
+  const Neighbourhood near{contact.position, Tangents(contact.inward_normal), 1.25F * bodies.voxel_size};
   const auto look_up = [&](const Places& places, Values& out) {
     bodies.shell.penetrations(places, out);
     for (std::uint32_t i = 0; i < places.count; ++i) out[i] /= -near.ring;

@@ -103,7 +103,7 @@ Ball ball_around(const Partner& partner) {
 }
 
 // Whether a solid may stand.
-bool has_faces(const Partner& partner) {
+bool may_stand(const Partner& partner) {
   if (!partner.hull.places.empty()) return partner.hull.places.size() <= kMostCorners;
   return partner.field.visit([](const auto& field) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, RevolvedField>) {
@@ -278,7 +278,7 @@ std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& 
   };
   constexpr float kNear_vx = 0.2F;  // of the plane and the samples
   const HalfSpaceField* plane = flat_around(map, centre, reach, false, memory.ground);
-  if (plane == nullptr && has_faces(partner) && memory.lay_flat() && pair.shell_motion != nullptr) {
+  if (plane == nullptr && may_stand(partner) && memory.lay_flat() && pair.shell_motion != nullptr) {
     const HalfSpaceField* const tops = tops_around(map, centre, reach, memory.ground);
     const bool moves_on =
         tops != nullptr && moves_along(*pair.field_motion, *pair.shell_motion,

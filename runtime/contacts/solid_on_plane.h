@@ -17,7 +17,7 @@ namespace vps::detail {
 /// @param distance  largest distance of a contact off the surface. [m]
 /// @param contacts  empty on entry; partner's frame
 /// @return upper bound of the V of all points of the shell in the solid, within `distance` [m]; nothing: the ground is
-///         not flat there, and it does not stand there
+///         not flat there and it does not stand there, or a hull of many corners rolls over it
 std::optional<float> add_contacts_on_plane(const StepPair& pair, const Partner& partner, float distance,
                                            PairMemory& memory, std::vector<Contact>& contacts);
 

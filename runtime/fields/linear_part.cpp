@@ -359,9 +359,7 @@ LinearPart fit_linear(const VoxelmapView&, const LinearPart& part, std::span<con
     middle = middle + (1 / count) * places[i];
     mean += v[i] / count;
   }
-  const Vec3 aside = cross(std::abs(normal.z) < 0.6F ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, normal);
-  const Vec3 along = (1 / length(aside)) * aside;
-  const Vec3 across = cross(normal, along);
+  const auto [along, across] = Tangents(normal);
   float aa = 0, ab = 0, bb = 0, av = 0, bv = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const float a = dot(along, places[i] - middle);

@@ -34,6 +34,17 @@ inline float length(Vec3 a) noexcept {
   return std::sqrt(dot(a, a));
 }
 
+/// Two unit vectors across a normal, unit too, and across each other.
+struct Tangents {
+  Vec3 u, v;
+  Tangents() = default;
+  explicit Tangents(Vec3 normal) noexcept {
+    const Vec3 aside = cross(normal, std::abs(normal.x) < 0.6F ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
+    u = (1 / length(aside)) * aside;
+    v = cross(normal, u);
+  }
+};
+
 /// False for NaN.
 inline bool is_within(Vec3 a, float farthest) noexcept {
   return std::abs(a.x) <= farthest && std::abs(a.y) <= farthest && std::abs(a.z) <= farthest;

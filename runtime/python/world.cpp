@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/bullet/partners/for_each_leaf.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "runtime/bullet/vps_scene.h"
 
@@ -150,8 +151,10 @@ class World {
     if (!scene->error().empty()) throw py::value_error(scene->error());
     warn();  // first: where warnings are errors, the scene takes itself out of the world
     for (const auto& body : scene->bodies()) {
-      const auto* const shape = dynamic_cast<const vps::bullet::Shape*>(body->getCollisionShape());
-      if (shape != nullptr) split_from(double(shape->info().voxel_size));
+      vps::bullet::for_each_leaf(*body, [&](const vps::bullet::Leaf& leaf) {
+        const auto* const shape = dynamic_cast<const vps::bullet::Shape*>(leaf.shape);
+        if (shape != nullptr) split_from(double(shape->info().voxel_size));
+      });
       enter(*body, body->getWorldTransform().inverse() * scene->origin(*body));
     }
     scenes_.push_back(std::move(scene));
@@ -205,6 +208,7 @@ class World {
     at(i).setAngularVelocity(to_bt(angular));
   }
   void push(std::size_t i, const Vector& force, const Vector& torque) {
+    if (mass(i) == 0) throw py::value_error("push: no force moves this body");
     at(i).applyCentralForce(to_bt(force));
     at(i).applyTorque(to_bt(torque));
   }

@@ -281,6 +281,7 @@ def test_wrong_arguments_are_named_in_one_line(cube):
             (ValueError, "torque: ", lambda: body.push(torque=(1, 2))), (TypeError, "pose: ", lambda: setattr(body, "pose", "x")),
             (ValueError, "angular_velocity: ", lambda: setattr(body, "angular_velocity", 5)),
             (ValueError, "no force moves this body", lambda: setattr(ground, "velocity", (1, 0, 0))),
+            (ValueError, "no force moves this body", lambda: ground.push((1, 0, 0))),
             (ValueError, "fixed and kinematic bodies have no mass", lambda: world.add(cube, mass=1, fixed=True)),
             (ValueError, "axis: ", lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 1))),
             (ValueError, "point: ", lambda: world.hinge(body, point=huge, axis=(0, 0, 1))),

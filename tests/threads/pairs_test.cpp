@@ -2,6 +2,7 @@
 // Processes the algorithm's pairs on several threads, as btCollisionDispatcherMt does. Debian builds Bullet without
 // threads.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
@@ -56,6 +57,7 @@ struct Shapes {
   btStaticPlaneShape plane{{0, 0, 1}, 0};
   btTriangleMesh triangles;
   std::unique_ptr<btBvhTriangleMeshShape> mesh;
+  std::unique_ptr<btGImpactMeshShape> gimpact;
 
   Shapes() {
     segmented.set_segments(15);
@@ -69,12 +71,15 @@ struct Shapes {
       triangles.addTriangle(corner, {coordinate(), coordinate(), coordinate()}, -corner);
     }
     mesh = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
+    gimpact = std::make_unique<btGImpactMeshShape>(&triangles);
+    gimpact->updateBound();
   }
   // Every other shape is baked, so that the algorithm handles every pair of neighbours.
   btCollisionShape* of_body(std::size_t i) {
     btCollisionShape* const ours[] = {&plain, &segmented, &springy};
-    btCollisionShape* const any[] = {&box, &plain, &sphere, &hull, &segmented, &cylinder, &plane, mesh.get()};
-    return i % 2 == 0 ? ours[i / 2 % 3] : any[i / 2 % 8];
+    btCollisionShape* const any[] = {&box,      &plain, &sphere,    &hull,        &segmented,
+                                     &cylinder, &plane, mesh.get(), gimpact.get()};
+    return i % 2 == 0 ? ours[i / 2 % 3] : any[i / 2 % 9];
   }
 };
 

@@ -10,22 +10,12 @@
 #include "bake/quantity_text.h"
 #include "bake/vps_bake.h"
 #include "cli/tools/field_surface.h"
+#include "cli/tools/mesh_bounds.h"
 
 namespace vps::cli {
 namespace {
 
 constexpr double kTriangles = 2000;  // with so many GImpact takes no longer than a baked asset
-
-// Largest difference between a side of the mesh's bounds and of the asset's. [m]
-double bounds_off(const bake::Extent& extent, const AssetInfo& info) {
-  double off = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto k = static_cast<Eigen::Index>(axis);
-    off = std::max({off, std::abs(extent.bounds_min[k] - info.bounds_min[axis]),
-                    std::abs(extent.bounds_max[k] - info.bounds_max[axis])});
-  }
-  return off;
-}
 
 bool is_off(double volume, const AssetInfo& info, double tolerance = 0.05) {
   return !(std::abs(volume - info.volume) <= tolerance * info.volume);
@@ -47,23 +37,10 @@ double closed_volume(const TriangleMesh& mesh, const AssetInfo& info) {
 }  // namespace
 
 std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
-  const bake::Extent extent = bake::measure_extent(mesh);
-  const double length = (extent.bounds_max - extent.bounds_min).maxCoeff();
-  double of_asset = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    of_asset = std::max(of_asset, info.bounds_max[axis] - info.bounds_min[axis]);
-  const double most = 2 * info.voxel_size;
-  if (const double off = bounds_off(extent, info); !(off <= most)) {
-    if (!(std::abs(length - of_asset) <= most)) {
-      return fmt::format("the mesh is {} long, the asset {}; check --unit and --scale", bake::format_length(length),
-                         bake::format_length(of_asset));
-    }
-    return fmt::format("the mesh's bounds are {} from the asset's; give the mesh that it was baked from",
-                       bake::format_length(off));
-  }
+  if (std::string reason = mesh_refusal(mesh, info); !reason.empty()) return reason;
   // Either the closed or the unchanged mesh may match: it depends on how the asset was baked.
   const double volume = closed_volume(mesh, info);
-  if (is_off(volume, info) && is_off(extent.volume, info)) {
+  if (is_off(volume, info) && is_off(bake::measure_extent(mesh).volume, info)) {
     return fmt::format("the mesh encloses {:.3g} m^3, the asset {:.3g} m^3; give the mesh that it was baked from",
                        volume, info.volume);
   }

@@ -38,10 +38,6 @@ void check_contents(const Asset& asset, std::vector<Check>& checks);
 /// `format`, `generator`, `record`, `sections`: warnings at most.
 void check_origin(const Asset& asset, std::vector<Check>& checks);
 
-/// Why a mesh cannot be an asset's; empty when their bounds agree to two voxels.
-/// @pre the mesh has vertices
-[[nodiscard]] std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh);
-
 struct MeshCheckOptions {
   int samples = 10000;     ///< points for each check. [Limits: value >= 1]
   std::uint64_t seed = 1;  ///< of the points

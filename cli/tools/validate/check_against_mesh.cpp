@@ -430,28 +430,6 @@ class MeshChecks {
 
 }  // namespace
 
-std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
-  std::array<double, 3> low = mesh.vertices.at(0), high = low;
-  for (const auto& p : mesh.vertices) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-  double off = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    off = std::max({off, std::abs(low[k] - info.bounds_min[k]), std::abs(high[k] - info.bounds_max[k])});
-  if (off <= 2 * info.voxel_size) return "";
-  const auto size = [](double x, double y, double z) {
-    return fmt::format("{} x {} x {}", bake::format_length(x), bake::format_length(y), bake::format_length(z));
-  };
-  return fmt::format(
-      "the asset was not baked from this mesh: its bounds are {} off, {} against {}; check --unit and --scale",
-      bake::format_length(off), size(high[0] - low[0], high[1] - low[1], high[2] - low[2]),
-      size(info.bounds_max[0] - info.bounds_min[0], info.bounds_max[1] - info.bounds_min[1],
-           info.bounds_max[2] - info.bounds_min[2]));
-}
-
 void check_against_mesh(const Asset& asset, const TriangleMesh& mesh, const MeshCheckOptions& options,
                         std::vector<Check>& checks) {
   MeshChecks(asset, mesh, options, checks).run();

@@ -2,6 +2,7 @@
 // Describes Bullet's shapes as partners.
 #include "runtime/bullet/partners/partner.h"
 
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
@@ -92,7 +93,7 @@ StepMotion motion_in_step(const PairBody& body, btScalar step) {
 // @return the farthest way of a pair in the step with which it has them. [m]
 float most_way(const PairBody& first, const PairBody& second, btScalar step, const StepMotion (&motions)[2]) {
   using detail::operator-;
-  const float restitution = number(first.object->getRestitution() * second.object->getRestitution());
+  const float restitution = number(gCalculateCombinedRestitutionCallback(first.object, second.object));
   if (!(restitution > 0)) return std::numeric_limits<float>::infinity();
   constexpr float kThreshold = 0.2F;  // btContactSolverInfo::m_restitutionVelocityThreshold by default. [m/s]
   // A multibody's velocity has the gain of the step when Bullet looks at it.

@@ -48,7 +48,7 @@ struct PairStep {
 };
 /// @param step      [s]
 /// @param distance  at which surfaces are in contact in any case. [m]
-/// @param ahead     no: contacts ahead are not sought. Nor are they for a pair that bounces
+/// @param ahead     no: contacts ahead are not sought. A pair that bounces has them only where it is too slow for that
 /// @pre one of the bodies is a Shape
 [[nodiscard]] PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance,
                                LookAhead ahead);

@@ -3,6 +3,7 @@
 #include "runtime/bullet/partners/triangles.h"
 
 #include <algorithm>
+#include <mutex>
 #include <tuple>
 
 namespace vps::bullet {
@@ -37,6 +38,10 @@ void turn_box(const Box& box, const Pose& to_frame, btVector3& low, btVector3& h
 std::uint64_t gather(const btConcaveShape& mesh, const btVector3& low, const btVector3& high, Sheets& sheets) {
   sheets.mesh.clear();
   Collect collect(sheets.mesh);
+  // GImpact locks its mesh by a counter that threads must not share. Bullet's other meshes are only read.
+  static std::mutex gimpact;
+  std::unique_lock lock(gimpact, std::defer_lock);
+  if (mesh.getShapeType() == GIMPACT_SHAPE_PROXYTYPE) lock.lock();
   mesh.processAllTriangles(&collect, low, high);
   return hash_bytes(std::as_bytes(std::span(sheets.mesh)));
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
@@ -202,11 +203,18 @@ class World:
         return self._enter(self._world.add_plane(one_array("normal", normal, (3,)), number("offset", offset), options), name)
 
     def load_scene(self, manifest: Union[str, "os.PathLike[str]"]) -> dict[str, Body]:
-        """Adds the bodies of a scene that `vpsbake scene` has planned, by name, and sets its gravity."""
+        """Adds the bodies of a scene that `vpsbake scene` has planned, by name, and sets its gravity.
+
+        Joints of robots are not loaded, with a RuntimeWarning: use `hinge` and `slider`, or C++'s load_scene.
+        """
         with open(manifest, "rb") as file:
             text = file.read()
         first = self._world.load_scene(os.fspath(manifest))
-        names = [body["name"] for body in json.loads(text)["bodies"]]
+        scene = json.loads(text)
+        if joints := scene.get("joints"):
+            warnings.warn(f"{len(joints)} joints of the scene are not loaded: their links are free",
+                          RuntimeWarning, stacklevel=2)
+        names = [body["name"] for body in scene["bodies"]]
         return {name: self._enter(first + i, name) for i, name in enumerate(names)}
 
     def hinge(self, first: Body, second: Body | None = None, *, point: npt.ArrayLike, axis: npt.ArrayLike) -> Joint:

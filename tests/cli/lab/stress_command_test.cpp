@@ -218,7 +218,7 @@ TEST(StressCommand, BadInputIsOneLine) {
   expect_refusal(folder, "stress text.vps.hdf", 3, "text.vps.hdf");
   expect_refusal(folder, "stress gear.vps.hdf -o nowhere/a", 2, "the folder does not exist");
   expect_refusal(folder, "stress nowhere.vps.hdf --cache text.vps.hdf/a", 2, "choose another folder for --cache");
-  expect_refusal(folder, "stress gear.vps.hdf --mesh " + sample("gear") + " --unit cm", 3, " um long, the asset 43.7");
+  expect_refusal(folder, "stress gear.vps.hdf --mesh " + sample("gear") + " --unit cm", 3, " um against 43.7 mm");
   expect_refusal(folder, "stress gear.vps.hdf --mesh nowhere.obj", 2, "nowhere.obj: the file does not exist");
 }
 

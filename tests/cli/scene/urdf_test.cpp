@@ -159,8 +159,9 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size of this shape is below 2 nm");
   // Errors that urdfdom reports without a line number.
   expect_urdf_refused(robot("<sphere radius=\"wide\"/>"), "r.urdf:10: this is not a URDF that can be used: ");
+  expect_urdf_refused(robot("<capsule radius=\"1\" length=\"1\"/>"), "this is not a URDF that can be used: ");
   expect_urdf_refused(robot("<capsule radius=\"1\" length=\"1\"/>"),
-                      "r.urdf:10: this is not a URDF that can be used: ");
+                      "; a URDF has meshes, boxes, spheres and cylinders");
   const auto with = [&](const std::string& old, const std::string& text) {
     std::string whole = robot("<sphere radius=\"1\"/>");
     return whole.replace(whole.find(old), old.size(), text);
@@ -234,6 +235,18 @@ TEST(Urdf, JointsThatCannotMoveOrTurnAreLeftOutAndEndlessLimitsAreCut) {
   EXPECT_EQ(endless[0]["lower"], -1e9);
   EXPECT_EQ(endless[0]["upper"], 1e9);
   EXPECT_NE(printed.find("has limits of -1e+16 and 1e+16: they are -1e+09 and 1e+09"), std::string::npos) << printed;
+  EXPECT_EQ(joints("type=\"revolute\"", "type=\"planar\"").size(), 1U);
+  EXPECT_NE(printed.find("' is left out: its type is not supported"), std::string::npos) << printed;
+  EXPECT_EQ(joints("<axis xyz=\"0 0 1\"/><limit", "<axis xyz=\"0 0 1\"/><mimic joint=\"e\"/><limit").size(), 2U);
+  EXPECT_NE(printed.find("' mimics 'e', which is not read: it moves by itself"), std::string::npos) << printed;
+  const std::string pan =
+      "<link name=\"pan\"/><joint name=\"p\" type=\"continuous\"><parent link=\"ram\"/><child link=\"pan\"/>"
+      "<axis xyz=\"1 0 0\"/></joint>";
+  EXPECT_EQ(joints("<joint name=\"d\"", pan + "<joint name=\"d\"").size(), 2U);
+  EXPECT_NE(printed.find("joint 'p' is left out: link 'r/pan' has neither shape nor mass"), std::string::npos)
+      << printed;
+  EXPECT_EQ(joints("izz=\"0.4\"", "izz=\"4\"").size(), 2U);
+  EXPECT_NE(printed.find("link 'ram' has moments of inertia that no body has"), std::string::npos) << printed;
   const Json turned = joints("lower=\"0\" upper=\"1\"", "lower=\"1\" upper=\"0\"");
   EXPECT_FALSE(turned[0].contains("lower"));
 }

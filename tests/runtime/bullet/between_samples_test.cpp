@@ -76,7 +76,6 @@ double support(const btTransform& at, const btVector3& half, const btVector3& di
   return double(direction.dot(at.getOrigin()) + local.absolute().dot(half));
 }
 
-// A contact ahead slides along the plane where it arrives. The plane goes on where the other body ends.
 // Points of the flank that were followed along straight lines threw the ball up by 0.4 to 4.7 m, the wheel by 0.9 to 6.
 TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepStayOnTheirGround) {
   struct Case {
@@ -97,11 +96,15 @@ TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepStayOnTheirGround) {
     body.setAngularVelocity({0, btScalar(c.speed / c.radius), 0});
     if (c.is_wheel) body.setLinearVelocity({btScalar(c.speed), 0, 0});
     double highest = 0;
+    double lowest = 0;
     for (int i = 0; i < int(c.rate / 2); ++i) {
       scene.step(1, btScalar(1 / c.rate));
-      highest = std::max(highest, double(body.getWorldTransform().getOrigin().z()) - c.radius);
+      const double z = double(body.getWorldTransform().getOrigin().z()) - c.radius;
+      highest = std::max(highest, z);
+      lowest = std::min(lowest, z);
     }
     EXPECT_LT(highest, 0.08 * c.radius) << c.radius << " m, " << c.speed << " m/s, " << c.rate << " Hz";
+    EXPECT_GT(lowest, -4 * c.voxel) << c.radius << " m, " << c.speed << " m/s, " << c.rate << " Hz";
     EXPECT_GT(double(body.getAngularVelocity().y()) * c.radius / c.speed, 0.99) << c.speed << " m/s, " << c.rate;
   }
 }
@@ -125,15 +128,24 @@ TEST(BetweenSamples, RoundBodiesThatTurnFarInAStepMeetKerbs) {
       body.setLinearVelocity({btScalar(speed), 0, 0});
       body.setAngularVelocity({0, btScalar(speed / kRadius), 0});
       double deepest = 0;
+      double lowest = kRadius;
+      double on_kerb = 0;
       for (int i = 0; i < int(rate / 2); ++i) {
         scene.step(1, btScalar(1 / rate));
         for (const btManifoldPoint& point : scene.points()) deepest = std::max(deepest, -double(point.getDistance()));
+        const btVector3 at = body.getWorldTransform().getOrigin();
+        lowest = std::min(lowest, double(at.z()));
+        if (at.x() > btScalar(0.5)) on_kerb = std::max(on_kerb, double(at.z()) - kRadius);
       }
-      EXPECT_LT(deepest, 5 * kVoxel) << shape->getName() << ' ' << speed << " m/s, " << rate << " Hz";
+      const char* const name = shape == &ball ? "ball " : "wheel ";
+      EXPECT_LT(deepest, 5 * kVoxel) << name << speed << " m/s, " << rate << " Hz";
+      EXPECT_GT(lowest, kRadius - kVoxel) << name << speed << " m/s, " << rate << " Hz";
+      EXPECT_GT(on_kerb, 0.03) << name << speed << " m/s, " << rate << " Hz";
     }
   }
 }
 
+// A contact ahead slides along the plane where it arrives. The plane goes on where the other body ends.
 TEST(BetweenSamples, BodiesThatDoNotTouchHaveNoContactBelowTheSurface) {
   const btVector3 half(btScalar(0.03), btScalar(0.02), btScalar(0.015));
   bullet::Shape block(baked_at(make_box({0.03, 0.02, 0.015}), 0.001));

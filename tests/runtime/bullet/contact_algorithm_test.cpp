@@ -379,5 +379,44 @@ TEST(ContactAlgorithm, FarFromTheOriginBodiesStillRest) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
 }
 
+// Contacts ahead would take the bounce from bodies whose restitutions the program combines to more than 0, and bodies
+// whose restitutions it does not want need them.
+TEST(ContactAlgorithm, BodiesBounceAsTheProgramCombinesTheirRestitutions) {
+  struct Drop {
+    double first_apex = 0;  // above the ground. [m]
+    double deepest = 0;     // [m]
+  };
+  const auto drop = [](btCollisionShape& shape, btScalar of_ground, btScalar step) {
+    World scene;
+    btBoxShape ground({1, 1, btScalar(0.5)});
+    scene.add(ground, 0, {0, 0, btScalar(-0.5)}).setRestitution(of_ground);
+    btRigidBody& body = scene.add(shape, btScalar(0.1), {0, 0, btScalar(0.35)});
+    body.setRestitution(btScalar(0.8));
+    Drop out;
+    bool has_risen = false;
+    for (btScalar time = 0; time < 1; time += step) {
+      scene.step(1, step);
+      const double height = double(body.getWorldTransform().getOrigin().z()) - 0.05;
+      has_risen = has_risen || body.getLinearVelocity().z() > 0;
+      out.deepest = std::max(out.deepest, -height);
+      if (has_risen) out.first_apex = std::max(out.first_apex, height);
+    }
+    return out;
+  };
+  bullet::Shape baked_ball(ball());
+  btSphereShape sphere(btScalar(0.05));
+  const CalculateCombinedCallback usual = gCalculateCombinedRestitutionCallback;
+  gCalculateCombinedRestitutionCallback = [](const btCollisionObject* a, const btCollisionObject* b) {
+    return std::max(a->getRestitution(), b->getRestitution());
+  };
+  const btScalar step = btScalar(1.0 / 240);
+  EXPECT_NEAR(drop(baked_ball, 0, step).first_apex, drop(sphere, 0, step).first_apex, 0.02);
+  gCalculateCombinedRestitutionCallback = [](const btCollisionObject*, const btCollisionObject*) {
+    return btScalar(0);
+  };
+  EXPECT_LT(drop(baked_ball, btScalar(0.5), btScalar(1.0 / 60)).deepest, 0.003);
+  gCalculateCombinedRestitutionCallback = usual;
+}
+
 }  // namespace
 }  // namespace vps::test

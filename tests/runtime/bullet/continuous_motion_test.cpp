@@ -76,12 +76,16 @@ TEST(ContinuousMotion, ABodyThatFliesLowIsHeldBackByWallsAlone) {
     for (const bool is_wall : {false, true}) {
       FastScene scene;
       scene.add(plane, 0, {0, 0, 0});
-      if (is_wall) scene.add(box, 0, {btScalar(2), 0, 0});
+      if (is_wall) scene.add(box, 0, {btScalar(2), 0, 0}).setRestitution(1);
       btRigidBody& body = scene.add(cube, btScalar(0.1), {0, 0, btScalar(0.0102)});
+      if (is_wall) body.setRestitution(btScalar(0.5));  // otherwise speculative contacts stop it
       body.setLinearVelocity({speed, 0, 0});
       const int steps = is_wall ? int(btScalar(2.5) / (speed * kStep)) + 2 : 18;
-      for (int i = 0; i < steps; ++i) scene.step(1, kStep);
-      const double way = double(body.getWorldTransform().getOrigin().x());
+      double way = 0;
+      for (int i = 0; i < steps; ++i) {
+        scene.step(1, kStep);
+        way = std::max(way, double(body.getWorldTransform().getOrigin().x()));
+      }
       if (is_wall) {
         EXPECT_NEAR(way, 1.98, 0.005) << speed;
       } else {

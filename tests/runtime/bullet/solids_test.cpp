@@ -139,6 +139,7 @@ TEST(Solids, AHullOfManyCornersRollsOverFlatBakedGround) {
   body.setAngularVelocity(at(0, 1 / kRadius, 0));
   scene.step(360);
   EXPECT_GT(body.getLinearVelocity().x(), 0.97);
+  EXPECT_NEAR(double(body.getWorldTransform().getOrigin().z()), kRadius, 0.005);
 }
 
 // Bullet marks a body without mass as static, and a program adds that it is kinematic.

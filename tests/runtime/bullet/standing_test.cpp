@@ -449,6 +449,7 @@ TEST(Standing, ARingThatBouncesComesToRestOnTheSurface) {
         body.setRestitution(btScalar(restitution));
         scene.step(int(4 * rate), btScalar(1 / rate));
         EXPECT_LT(double(body.getLinearVelocity().length()), 0.02) << rate << ' ' << restitution << ' ' << start;
+        EXPECT_FALSE(scene.points().empty()) << rate << ' ' << restitution << ' ' << start;
         for (const btManifoldPoint& point : scene.points())
           EXPECT_GT(double(point.getDistance()), -0.5 * kVoxel) << rate;
       }
