@@ -25,6 +25,33 @@ Corners sorted_corners(const Triangle& t) {
   return {s, (t[0] < t[1]) + (t[1] < t[2]) + (t[2] < t[0]) == 2};
 }
 
+// Whether one triangle of each group with as many facing one way as the other stays. A patch of them that the others
+// leave open along its border is their surface. Where they are closed without it, it is a wall or a fin.
+// @param triangles  the others, then one of each group
+std::vector<std::uint8_t> stays(const std::vector<Triangle>& triangles, std::size_t groups) {
+  const std::size_t others = triangles.size() - groups;
+  const UnsetVector<EdgeUse> uses = sorted_edges(triangles);
+  const auto count_others = [&](std::span<const EdgeUse> edge) {
+    return std::count_if(edge.begin(), edge.end(), [&](const EdgeUse& use) { return use.triangle < others; });
+  };
+  const auto is_inside = [&](std::span<const EdgeUse> edge) { return edge.size() == 2 && count_others(edge) == 0; };
+  DisjointSets patches(triangles.size());
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (is_inside(edge)) patches.join(edge[0].triangle, edge[1].triangle);
+  });
+  std::vector<int> open(triangles.size(),
+                        0);  // edges of a patch's border that it closes, minus those closed without it
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (is_inside(edge)) return;
+    const auto beside = count_others(edge);
+    for (const EdgeUse& use : edge) open[patches.find(use.triangle)] += beside == 0 ? 0 : (beside % 2 == 1 ? 1 : -1);
+  });
+  std::vector<std::uint8_t> out(groups);
+  for (std::size_t g = 0; g < groups; ++g)
+    out[g] = open[patches.find(static_cast<std::uint32_t>(others + g))] >= 0 ? 1 : 0;
+  return out;
+}
+
 }  // namespace
 
 std::size_t drop_collapsed(Mesh& mesh) {
@@ -61,7 +88,7 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
     return std::tie(corners[a].sorted, a) < std::tie(corners[b].sorted, b);
   });
   std::vector<std::uint8_t> keep(n, 1);
-  std::vector<std::pair<std::size_t, std::size_t>> even_groups;  // as many face one way as the other
+  std::vector<std::uint32_t> even;  // the first of each group with as many facing one way as the other
   for (std::size_t i = 0; i < n;) {
     std::size_t end = i + 1;
     while (end < n && corners[order[end]].sorted == corners[order[i]].sorted) ++end;
@@ -69,7 +96,7 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
       int net = 0;
       for (std::size_t k = i; k < end; ++k) net += corners[order[k]].even ? 1 : -1;
       for (std::size_t k = i; k < end; ++k) keep[order[k]] = 0;
-      if (net == 0) even_groups.emplace_back(i, end);
+      if (net == 0) even.push_back(order[i]);
       for (std::size_t k = i; k < end && net != 0; ++k) {
         if (corners[order[k]].even != (net > 0)) continue;
         keep[order[k]] = 1;
@@ -78,13 +105,14 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
     }
     i = end;
   }
-  if (!even_groups.empty()) {
-    const Pieces pieces = pieces_by_edges(mesh.triangles, sorted_edges(mesh.triangles));
-    std::vector<std::uint8_t> something_left(pieces.count, 0);
-    for (std::size_t t = 0; t < n; ++t) something_left[pieces.of_triangle[t]] |= keep[t];
-    for (const auto& [first, last] : even_groups) {
-      if (something_left[pieces.of_triangle[order[first]]] == 0) keep[order[first]] = 1;
+  if (!even.empty()) {
+    std::vector<Triangle> triangles;
+    for (std::size_t t = 0; t < n; ++t) {
+      if (keep[t] != 0) triangles.push_back(mesh.triangles[t]);
     }
+    for (const std::uint32_t t : even) triangles.push_back(mesh.triangles[t]);
+    const std::vector<std::uint8_t> stay = stays(triangles, even.size());
+    for (std::size_t g = 0; g < even.size(); ++g) keep[even[g]] = stay[g];
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < n; ++t) {

@@ -16,9 +16,9 @@ struct CleanCounts {
 /// @pre measure_extent accepts the mesh
 [[nodiscard]] Mesh join_vertices(const TriangleMesh& mesh, CleanCounts& counts);
 
-/// Keeps one of the triangles on the same three vertices. Keeps none if as many face one way as the other: they are a
-/// wall between two solids, or a fin. A piece that would vanish this way is a surface drawn from both sides. It keeps
-/// one triangle of each group.
+/// Keeps one of the triangles on the same three vertices. Where as many face one way as the other, keeps one if that
+/// closes more edges than it opens, as of a surface drawn from both sides. Else keeps none: they are a wall between two
+/// solids, or a fin.
 void drop_duplicates(Mesh& mesh, CleanCounts& counts);
 
 /// Drops triangles that use a vertex twice. @return their number

@@ -317,6 +317,39 @@ TEST(Repair, ASurfaceDrawnFromBothSidesIsOneSolid) {
   EXPECT_NEAR(r.volume, 8, 1e-12);
 }
 
+// Every second triangle of the cap's copy has the winding of the cap.
+TEST(Repair, ACapDrawnFromBothSidesStays) {
+  const TriangleMesh sphere = make_sphere(1, 3);
+  const double volume = mass_properties(checked(sphere)).volume;
+  for (const bool mixed : {false, true}) {
+    TriangleMesh mesh = sphere;
+    std::size_t copies = 0;
+    for (const auto& t : sphere.triangles) {
+      if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return sphere.vertices[v][2] < 0.5; })) continue;
+      mesh.triangles.push_back(mixed && copies++ % 2 == 0 ? t : decltype(t){t[0], t[2], t[1]});
+    }
+    const Repaired r = repaired(mesh);
+    EXPECT_NEAR(r.volume, volume, 1e-12) << mixed;
+    EXPECT_EQ(r.surface.triangles.size(), sphere.triangles.size()) << mixed;
+  }
+}
+
+TEST(Repair, AWallBetweenSolidsIsDroppedBesideACapDrawnFromBothSides) {
+  TriangleMesh mesh = joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {2, 0, 0}));
+  const std::size_t faces = mesh.triangles.size();
+  for (std::size_t i = 0; i < faces; ++i) {
+    const auto t = mesh.triangles[i];
+    // The sides of the first box at x = -1 and of both at z = 1, which meets the wall.
+    const auto is_at = [&](std::size_t axis, double at) {
+      return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.vertices[v][axis] == at; });
+    };
+    if (is_at(0, -1) || is_at(2, 1)) mesh.triangles.push_back({t[0], t[2], t[1]});
+  }
+  const Repaired r = repaired(mesh);
+  EXPECT_NEAR(r.volume, 16, 1e-12);
+  EXPECT_NEAR(r.surface.area, 40, 1e-12);
+}
+
 TEST(Repair, AMobiusBandOfPatchesIsTurnedPatchByPatch) {
   // Every second triangle of a closed mesh is wound the wrong way.
   TriangleMesh mesh = make_torus(1, 0.3, 24, 12);
