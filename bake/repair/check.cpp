@@ -336,6 +336,7 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
                        Filling* filling = nullptr) {
   std::vector<std::string>& notes = outcome.notes;
   const Extent extent = measure_extent(input);
+  const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
   CleanCounts cleaned;
   Mesh mesh = join_vertices(input, cleaned);
   if (mesh.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
@@ -368,7 +369,7 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   };
   begin("check: close");
   if (!closed || settings.repair == Repair::wrap) {
-    close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome, filling);
+    close_mesh(mesh, longest, settings, outcome, filling);
     renew_edges();
   }
   const Pieces pieces = closed_pieces(mesh.triangles, edges);
@@ -380,8 +381,8 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   begin("check: unite shells");
   const ShellCounts resolved = resolve_shells(mesh, pairs, pieces);
   note_shells(resolved, notes);
-  const bool may_have_opened = resolved.united + resolved.flat > 0;
-  if (const std::size_t open = may_have_opened ? count_unbalanced(mesh) : 0; open > 0) refuse_union(open);
+  const std::size_t open = resolved.united + resolved.flat > 0 ? close_slivers(mesh, longest, settings.voxel_size) : 0;
+  if (open > 0) refuse_union(open);
   drop_flat(mesh, cleaned.collapsed);
   if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
   if (cleaned.duplicates > 0) notes.push_back(fmt::format("dropped {} duplicate triangles", cleaned.duplicates));
@@ -393,7 +394,6 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
     volume6 += (surface.corner(t, 0) - middle).dot(surface.area_normal(t));
   }
   // Rounding makes errors of about 1e-16 of these products, and readers refuse an asset without a certain volume.
-  const double longest = (surface.bounds_max - surface.bounds_min).maxCoeff();
   constexpr double kLeastShare = 1e-12;
   if (!(volume6 > kLeastShare * longest * std::max(surface.area, longest * longest))) {
     refuse("the mesh encloses no volume, or so little that rounding hides it; give it thickness");

@@ -276,4 +276,17 @@ FilledHoles fill_holes(Mesh& mesh, double widest) {
   return result;
 }
 
+std::size_t close_slivers(Mesh& mesh, double size, double voxel_size) {
+  if (count_unbalanced(mesh) == 0) return 0;
+  constexpr double kRounding = 1e-9;
+  constexpr double kSliver_vx = 0.1;  // width of holes
+  CleanCounts ignored;
+  weld_vertices(mesh, kRounding * size);
+  drop_duplicates(mesh, ignored);
+  stitch_borders(mesh, kRounding * size);
+  drop_duplicates(mesh, ignored);
+  fill_holes(mesh, kSliver_vx * voxel_size);
+  return count_unbalanced(mesh);
+}
+
 }  // namespace vps::bake

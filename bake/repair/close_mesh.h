@@ -32,6 +32,11 @@ struct FilledHoles {
 /// than `widest` stay open. Winding follows the surface around each hole.
 FilledHoles fill_holes(Mesh& mesh, double widest);
 
+/// Closes what a union of nearly coincident faces left open, where cuts a rounding apart make slivers.
+/// @param size  of the mesh. [m]
+/// @return number of edges that stay open
+std::size_t close_slivers(Mesh& mesh, double size, double voxel_size);
+
 /// Number of edges that are used more often in one direction than in the other.
 [[nodiscard]] std::size_t count_unbalanced(std::span<const EdgeUse> uses);
 [[nodiscard]] std::size_t count_unbalanced(const Mesh& mesh);

@@ -72,14 +72,6 @@ void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
   parent_[std::max(a, b)] = std::min(a, b);
 }
 
-Pieces pieces_by_edges(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses) {
-  DisjointSets sets(triangles.size());
-  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    for (const EdgeUse& use : edge.subspan(1)) sets.join(edge.front().triangle, use.triangle);
-  });
-  return number_pieces(sets, triangles.size());
-}
-
 Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses) {
   DisjointSets sets(triangles.size());
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {

@@ -63,9 +63,6 @@ struct Pieces {
   std::uint32_t count = 0;
 };
 
-/// Triangles that share an edge belong together.
-[[nodiscard]] Pieces pieces_by_edges(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);
-
 /// Triangles that share an edge with exactly two uses belong together. A piece that is not closed then also joins the
 /// other open pieces at its edges with more uses. So solids that touch in an edge stay separate.
 [[nodiscard]] Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);

@@ -362,6 +362,39 @@ TEST(Repair, CubesThatShareAnEdgeStayTwoSolids) {
   EXPECT_NEAR(repaired(mesh).volume, 16, 1e-12);
 }
 
+// The lobes of an extruded figure of eight cross each other, and triangles of its caps lie on each other, after a turn
+// to a rounding. @param phase  0: two vertices of the border are a rounding apart
+TriangleMesh make_figure_of_eight(double phase) {
+  constexpr std::uint32_t kCorners = 64;
+  TriangleMesh mesh;
+  for (const double z : {0.0, 0.4}) {
+    for (std::uint32_t i = 0; i < kCorners; ++i) {
+      const double t = 2 * std::numbers::pi * i / kCorners + phase;
+      mesh.vertices.push_back({std::sin(t), std::sin(2 * t) / 2, z});
+    }
+  }
+  for (const double z : {0.0, 0.4}) mesh.vertices.push_back({0.01, 0, z});
+  for (std::uint32_t i = 0; i < kCorners; ++i) {
+    const std::uint32_t k = (i + 1) % kCorners;
+    mesh.triangles.insert(mesh.triangles.end(), {{i, k, k + kCorners},
+                                                 {i, k + kCorners, i + kCorners},
+                                                 {k, i, 2 * kCorners},
+                                                 {i + kCorners, k + kCorners, 2 * kCorners + 1}});
+  }
+  return mesh;
+}
+
+TEST(Repair, ShellsThatCrossWhereFacesNearlyCoincideAreUnited) {
+  Random random;
+  for (const double phase : {0.0, 0.03}) {
+    for (int i = 0; i < 5; ++i) {
+      const Repaired r =
+          repaired(moved(random_pose(random, 0), make_figure_of_eight(phase)), with(Repair::automatic, 0.02));
+      EXPECT_NEAR(r.volume, 0.53119, 1e-5) << phase << ' ' << i;
+    }
+  }
+}
+
 TEST(Repair, FillingIsMeasuredAndALargeOneIsWarnedOf) {
   // One face of six.
   const TriangleMesh open = without(make_box({1, 1, 1}), 2, 2);
