@@ -46,6 +46,16 @@ std::shared_ptr<const Asset> gear() {
   return asset;
 }
 
+// GImpact counts its readers without a lock, where the sanitizer does not look. It sees this count.
+struct CountingMesh final : btGImpactMeshShape {
+  using btGImpactMeshShape::btGImpactMeshShape;
+  void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override {
+    ++count;
+    btGImpactMeshShape::processAllTriangles(callback, low, high);
+  }
+  mutable int count = 0;
+};
+
 // Shapes that bodies share; the baked ones share one asset.
 struct Shapes {
   std::shared_ptr<const Asset> asset = gear();
@@ -57,7 +67,7 @@ struct Shapes {
   btStaticPlaneShape plane{{0, 0, 1}, 0};
   btTriangleMesh triangles;
   std::unique_ptr<btBvhTriangleMeshShape> mesh;
-  std::unique_ptr<btGImpactMeshShape> gimpact;
+  std::unique_ptr<CountingMesh> gimpact;
 
   Shapes() {
     segmented.set_segments(15);
@@ -71,7 +81,7 @@ struct Shapes {
       triangles.addTriangle(corner, {coordinate(), coordinate(), coordinate()}, -corner);
     }
     mesh = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
-    gimpact = std::make_unique<btGImpactMeshShape>(&triangles);
+    gimpact = std::make_unique<CountingMesh>(&triangles);
     gimpact->updateBound();
   }
   // Every other shape is baked, so that the algorithm handles every pair of neighbours.
