@@ -39,8 +39,8 @@ std::vector<std::uint8_t> stays(const std::vector<Triangle>& triangles, std::siz
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     if (is_inside(edge)) patches.join(edge[0].triangle, edge[1].triangle);
   });
-  std::vector<int> open(triangles.size(),
-                        0);  // edges of a patch's border that it closes, minus those closed without it
+  // Edges of a patch's border that it closes, minus those that are closed without it.
+  std::vector<int> open(triangles.size(), 0);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     if (is_inside(edge)) return;
     const auto beside = count_others(edge);

@@ -13,9 +13,7 @@ inline constexpr std::uint32_t kExtraRows = 16;
 /// a flat node that lies wholly in a contact where the field is linear, only the corners are hits:
 /// docs/internals/bounds.md, "Flat nodes".
 /// @param options  contact distance and cache; no budget, level, segments or facets
-/// @param hits     in the field's frame; the features are the points' numbers. The rows are the scratch's, with room
-/// for
-///                 kExtraRows more
+/// @param hits     in the field's frame; the features are the points' numbers. Rows of the scratch, kExtraRows more
 /// @param most     upper bound of the true V of all points. [m]
 Status find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                  Scratch& scratch, ContactRows& hits, float& most) noexcept;
