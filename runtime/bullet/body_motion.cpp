@@ -68,6 +68,14 @@ btTransform pose_in_parent(const btMultiBody& multibody, int link, btScalar befo
   return btTransform(to_parent, quatRotate(to_parent, joint.m_cachedRVector));
 }
 
+// Radius of a sphere about an object's origin that holds it. [m]
+btScalar reach_of(const btCollisionObject& object) {
+  btVector3 centre;
+  btScalar radius = 0;
+  object.getCollisionShape()->getBoundingSphere(centre, radius);
+  return radius + centre.length();
+}
+
 }  // namespace
 
 // Sums the motions of the joints from the link up to the base. Their poses follow from the link's own: Bullet updates
@@ -114,11 +122,15 @@ btVector3 link_acceleration(const btCollisionObject& object) {
 
 PastMotion::PastMotion(btCollisionObject& object, btScalar step)
     : object_(&object), step_(step), start_(object.getWorldTransform()) {
+  if (object.isKinematicObject()) {
+    const Velocity velocity = velocity_of(object);
+    drift_ = velocity.linear;
+    spin_ = velocity.angular;
+    swing_ = spin_.length() * reach_of(object);
+    return;
+  }
   if (inverse_mass(object) == 0 || !object.isActive() || object.isStaticOrKinematicObject()) return;
-  btVector3 centre;
-  btScalar reach = 0;  // of a sphere about the object's origin that holds it. [m]
-  object.getCollisionShape()->getBoundingSphere(centre, reach);
-  reach += centre.length();
+  btScalar reach = reach_of(object);
   body_ = btRigidBody::upcast(&object);
   if (body_ != nullptr) {
     drift_ = body_->getLinearVelocity();
@@ -158,13 +170,13 @@ btTransform PastMotion::at(btScalar time) const {
   return pose;
 }
 
-void PastMotion::put_back(btScalar time) const {
+void PastMotion::put_back(btScalar time, const btTransform& carried) const {
   const btVector3 given =
       (step_ - time) * (multibody_ != nullptr ? base_acceleration(*multibody_) : acceleration_of(*object_));
   const btScalar left = given.length2() > 0 ? drift_.dot(given) / given.length2() : 0;
   const btVector3 velocity = drift_ - btClamped(left, btScalar(0), btScalar(1)) * given;
   if (body_ != nullptr) {
-    body_->setCenterOfMassTransform(at(time));
+    body_->setCenterOfMassTransform(carried * at(time));
     body_->setLinearVelocity(velocity);
     return;
   }

@@ -53,13 +53,14 @@ inline void fetch_motion(const btCollisionObject& object) {
 /// Moments of inertia about the object's axes; zero for objects that are neither rigid bodies nor links. [kg m^2]
 [[nodiscard]] btVector3 local_inertia(const btCollisionObject& object);
 
-/// The motion of an object in the step that has just ended. Links move with their joints, along arcs.
+/// The motion of an object in the step that has just ended. Links move with their joints, along arcs. A kinematic
+/// object was at its pose when the step began, and the solver let it go on with its velocity: so it does here.
 class PastMotion {
  public:
   /// @param step  [s]
   PastMotion(btCollisionObject& object, btScalar step);
 
-  /// Whether the solver moved it. Static, kinematic and sleeping objects stand still here.
+  /// Whether the solver moved it. Static and sleeping objects stand still here.
   [[nodiscard]] bool moves() const { return body_ != nullptr || multibody_ != nullptr; }
   /// Null for all but links.
   [[nodiscard]] btMultiBody* multibody() const { return multibody_; }
@@ -75,7 +76,8 @@ class PastMotion {
   /// Sets the object, for a link its whole multibody, to its pose and velocity at a time. Subtracts the velocity that
   /// forces give in the rest of the step, but no more than the body still has: contacts may have taken some of it.
   /// Joints keep their velocities.
-  void put_back(btScalar time) const;
+  /// @param carried  motion of an object that is no link after that, in the world
+  void put_back(btScalar time, const btTransform& carried) const;
 
  private:
   [[nodiscard]] btTransform base_at(btScalar time) const;

@@ -20,6 +20,8 @@ struct Mover {
   btCollisionObject* object;
   PastMotion motion;
   btScalar end;  // time to which it is put back. [s]
+  // By the kinematic body that it meets then, in the rest of the step.
+  btTransform carried = btTransform::getIdentity();
 
   Mover(btCollisionObject* of, btScalar step) : object(of), motion(*of, step), end(step) {}
   void swept(btVector3& low, btVector3& high) const {
@@ -132,8 +134,11 @@ void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterati
   for_each_leaf(*fast.object, [&](const Leaf& a) {
     for_each_leaf(*other.object, [&](const Leaf& b) {
       const btScalar time = impact(fast, a, other, b, step, max_iterations);
-      fast.end = btMin(fast.end, time);
       other.end = btMin(other.end, time);
+      if (!(time < fast.end)) return;
+      fast.end = time;
+      const bool carries = !other.motion.moves() && other.motion.speed() > 0;
+      fast.carried = carries ? other.motion.at(step) * other.motion.at(time).inverse() : btTransform::getIdentity();
     });
   });
 }
@@ -198,7 +203,7 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
       if (is_of_it(fast[k])) end = btMin(end, fast[k].end);
     }
     if (!(end < step)) continue;
-    fast[i].motion.put_back(end);
+    fast[i].motion.put_back(end, fast[i].carried);
     ++stops_;
   }
 }

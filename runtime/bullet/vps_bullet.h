@@ -197,7 +197,7 @@ struct ContinuousMotionOptions {
 /// Keeps fast bodies from passing through walls; Bullet does this for convex bodies only. After each step, a body that
 /// would have gone through or into another is put back to where they touch, by conservative advancement (Mirtich 1996).
 /// It keeps its velocity for the next step's contact. Works for pairs with a Shape; both may move and turn. It does
-/// nothing against Bullet's triangle meshes, and does not follow the motion of kinematic bodies.
+/// nothing against Bullet's triangle meshes. Kinematic bodies stop others, but are not stopped.
 ///
 ///     vps::bullet::ContinuousMotion continuous;
 ///     world->addAction(&continuous);          // removeAction switches it off

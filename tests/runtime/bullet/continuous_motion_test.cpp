@@ -140,6 +140,58 @@ TEST(ContinuousMotion, ABodyThatSlidesIsStoppedByAWall) {
   }
 }
 
+void move(btRigidBody& body, const btVector3& to) {
+  body.setWorldTransform(btTransform(btQuaternion::getIdentity(), to));
+}
+btRigidBody& add_kinematic(FastScene& scene, btCollisionShape& shape, const btVector3& at) {
+  btRigidBody& body = scene.add(shape, 0, at);
+  body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+  body.setInterpolationWorldTransform(body.getWorldTransform());
+  body.setFriction(btScalar(0.8));
+  return body;
+}
+
+// Bullet moves a kinematic body before the step, and leads what it carries after it in the step. Seen from its new
+// pose the carried one would go into it or leave it: it slipped by half of the platform's way, and fell from the grip.
+TEST(ContinuousMotion, KinematicBodiesCarryOthers) {
+  bullet::Shape cube(baked_at(make_box({0.02, 0.02, 0.02}), 0.001));
+  btBoxShape platform({btScalar(0.5), btScalar(0.5), btScalar(0.02)});
+  for (const double rate : {60.0, 240.0}) {
+    FastScene scene;
+    scene.world.setGravity({0, 0, btScalar(-9.81)});
+    btRigidBody& carrier = add_kinematic(scene, platform, {0, 0, btScalar(-0.02)});
+    btRigidBody& body = scene.add(cube, btScalar(0.1), {0, 0, btScalar(0.02)});
+    body.setFriction(btScalar(0.8));
+    btScalar start = 0;
+    for (int i = 1; i <= int(2 * rate); ++i) {
+      move(carrier, {btScalar(0.3 * i / rate), 0, btScalar(-0.02 - 0.2 * i / rate)});
+      scene.step(1, btScalar(1 / rate));
+      const btScalar ahead = body.getWorldTransform().getOrigin().x() - carrier.getWorldTransform().getOrigin().x();
+      if (i == int(rate / 2)) start = ahead;
+      if (i >= int(rate / 2)) {
+        ASSERT_NEAR(ahead, start, 0.001) << rate << ' ' << i;
+      }
+    }
+  }
+  btBoxShape finger({btScalar(0.01), btScalar(0.03), btScalar(0.03)});
+  for (const double rate : {60.0, 240.0}) {
+    FastScene scene;
+    scene.world.setGravity({0, 0, btScalar(-9.81)});
+    btRigidBody* fingers[2];
+    for (const int side : {0, 1})
+      fingers[side] = &add_kinematic(scene, finger, {btScalar(side == 0 ? -0.029 : 0.029), 0, 0});
+    btRigidBody& body = scene.add(cube, btScalar(0.1), {0, 0, 0});
+    body.setFriction(btScalar(0.8));
+    for (int i = 1; i <= int(1.5 * rate); ++i) {
+      for (const int side : {0, 1}) {
+        move(*fingers[side], {btScalar((side == 0 ? -0.029 : 0.029) + 0.2 * std::max(0.0, i / rate - 0.25)), 0, 0});
+      }
+      scene.step(1, btScalar(1 / rate));
+    }
+    EXPECT_GT(double(body.getWorldTransform().getOrigin().z()), -0.02) << rate;
+  }
+}
+
 // Speculative contacts stop bodies too, except those with restitution.
 TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
   World scene;
