@@ -248,6 +248,8 @@ inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 /// other compounds keep Bullet's own: remove a body whose compound gets its first Shape, and add it again. Every
 /// dispatcher must be registered. An unregistered one is reported in the first step if a Shape meets a convex shape of
 /// Bullet, or if the program has registered no dispatcher at all. lint and ContinuousMotion report it in any world.
+/// While bodies land or roll a pair has several manifolds, and Bullet calls gContactStartedCallback and
+/// gContactEndedCallback for each: a program that counts contacts compares pairs of bodies from step to step.
 void register_algorithm(btCollisionDispatcher& dispatcher);
 
 }  // namespace vps::bullet
