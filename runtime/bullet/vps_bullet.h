@@ -14,6 +14,10 @@
 /// While bodies are apart, a pair notices new poses, scalings, margins and triangles, and other shapes. It may miss
 /// other changes in place, as of a hull's corners: as Bullet advises, remove the body first, or call
 /// cleanProxyFromPairs after.
+///
+/// Kinematic bodies are taken to go on as they came to their pose, as Bullet's solver takes them: what lies less than
+/// that way ahead of one is met before it gets there. Of a kinematic body that is teleported set the interpolation
+/// transform, too, or the jump is such a way.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
