@@ -245,8 +245,7 @@ TEST(Urdf, JointsThatCannotMoveOrTurnAreLeftOutAndEndlessLimitsAreCut) {
       "<link name=\"pan\"/><joint name=\"p\" type=\"continuous\"><parent link=\"ram\"/><child link=\"pan\"/>"
       "<axis xyz=\"1 0 0\"/></joint>";
   EXPECT_EQ(joints("<joint name=\"d\"", pan + "<joint name=\"d\"").size(), 2U);
-  EXPECT_NE(printed.find("joint 'p' is left out: link 'pan' has neither shape nor mass"), std::string::npos)
-      << printed;
+  EXPECT_NE(printed.find("joint 'p' is left out: link 'pan' has neither shape nor mass"), std::string::npos) << printed;
   EXPECT_EQ(joints("izz=\"0.4\"", "izz=\"4\"").size(), 2U);
   EXPECT_NE(printed.find("link 'ram' has moments of inertia that no body has"), std::string::npos) << printed;
   const Json turned = joints("lower=\"0\" upper=\"1\"", "lower=\"1\" upper=\"0\"");
