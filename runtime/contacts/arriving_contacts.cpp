@@ -283,6 +283,27 @@ void meet_with_circles(const StepPair& pair, const Partner& partner, const Cours
   });
 }
 
+// Where the deepest place is below the centre of the body that falls, the fall ends there, and no other place is
+// reached unless the body turns. In the few iterations of a solver these would carry a part of it, and brake or turn
+// the body.
+// @param shell   relative to the partner
+// @param centre  of the body that falls
+void keep_carrying(const StepPair& pair, const Partner& partner, const Course& shell, Vec3 centre,
+                   const Contact& deepest, FoundContacts& found) {
+  constexpr float kBelow = 0.1F;      // sine of the place's angle off the normal
+  constexpr float kBeside_vx = 0.2F;  // places of a face differ by less
+  const Vec3 arm = deepest.position - centre;
+  if (!(length(cross(arm, normal_of(partner, found, deepest, false))) < kBelow * length(arm))) return;
+  const Transform to_shell = found.in_shell_frame ? Transform(Pose()) : pair.to_shell();
+  const bool is_round = found.turn > 0 && pair.distances.field != Field::none &&
+                        is_round_about_axis(pair, to_shell, shell, deepest.position);
+  const float turn = is_round ? 0 : found.turn;
+  const float least = deepest.penetration - kBeside_vx * static_cast<float>(pair.voxel_size);
+  remove_contacts(found, [&](const Contact& contact) {
+    return contact.penetration < least - turn * length(contact.position - deepest.position);
+  });
+}
+
 }  // namespace
 
 Approach fast_approach(const StepMotion& first, const StepMotion& second, double voxel_size) noexcept {
@@ -371,10 +392,14 @@ void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& 
     partner.field.visit(keep);
   }
   constexpr float kTurnsFar = 0.15F;  // [rad]
+  Course relative = of_shell;
+  relative.motion = found.motion;
   if (deepest && !found.is_joint && std::min(found.turn, length(of_shell.motion.turn)) > kTurnsFar) {
-    Course relative = of_shell;
-    relative.motion = found.motion;
     meet_with_circles(pair, partner, relative, *deepest, found);
+  }
+  if (deepest && !found.is_joint && !pair.has_springs() && pair.segment_level == 0) {
+    const Vec3 centre = pair.shell_motion->yields ? of_shell.centre : of_partner.centre;
+    keep_carrying(pair, partner, relative, centre, *deepest, found);
   }
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),

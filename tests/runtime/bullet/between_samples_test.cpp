@@ -70,6 +70,31 @@ TEST(BetweenSamples, AFastWheelDoesNotHop) {
   }
 }
 
+// The fall of a step at 60 Hz is 2.7 to 5.4 voxels, within which contacts lie all around the lowest place. They braked
+// the ball to half of its speed.
+TEST(BetweenSamples, ABallThatSlipsBeginsToRollAsASphereDoes) {
+  constexpr double kRadius = 0.02;
+  btBoxShape box({2, 2, btScalar(0.03)});
+  for (const double voxel : {0.0005, 0.001}) {
+    bullet::Shape ball(baked_at(make_sphere(kRadius, 5), voxel));
+    bullet::Shape slab(baked_at(make_box({0.5, 0.5, 0.03}), 0.004));
+    for (btCollisionShape* const ground :
+         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&slab)}) {
+      for (const double speed : {0.2, 0.5}) {
+        World scene(voxel);
+        scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+        scene.add(*ground, 0, {0, 0, btScalar(-0.03)}).setFriction(btScalar(0.8));
+        btRigidBody& body = scene.add(ball, btScalar(0.1), {btScalar(-0.2), 0, btScalar(kRadius)});
+        body.setFriction(btScalar(0.8));
+        body.setLinearVelocity({btScalar(speed), 0, 0});
+        scene.step(18, btScalar(1.0 / 60));
+        EXPECT_NEAR(double(body.getLinearVelocity().x()) / speed, 5.0 / 7, 0.03)
+            << voxel << ' ' << speed << ' ' << ground->getName();
+      }
+    }
+  }
+}
+
 // The farthest place of a box in a direction. [m]
 double support(const btTransform& at, const btVector3& half, const btVector3& direction) {
   const btVector3 local = direction * at.getBasis();
