@@ -198,6 +198,30 @@ position = ["0mm", "0mm", "120mm"]
     assert world.bodies == [] and world.add_box((0.1, 0.1, 0.1)).index == 0
 
 
+@pytest.mark.skipif("VPSBAKE" not in os.environ, reason="needs the program vpsbake")
+def test_a_robot_of_a_scene(tmp_path):
+    inertial = '<inertial><origin xyz="0 0 0.01"/><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
+    collision = f'<collision><geometry><mesh filename="{MESHES / "cube.obj"}"/></geometry></collision>'
+    (tmp_path / "r.urdf").write_text(f"""<robot name="r">
+<link name="a">{inertial}{collision}</link><link name="b">{inertial}{collision}</link>
+<joint name="j" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint>
+</robot>""")
+    (tmp_path / "r.toml").write_text("""[[body]]
+name = "ground"
+type = "static"
+shape = "plane"
+[[body]]
+name = "r"
+urdf = "r.urdf"
+""")
+    done = subprocess.run([os.environ["VPSBAKE"], "scene", "r.toml"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    world = vps.World(step=1 / 240)
+    with pytest.warns(RuntimeWarning, match="1 joints of the scene are not loaded"):
+        world.load_scene(tmp_path / "r.vps" / "r.vps.json")
+    assert not any(advice.startswith("m_splitImpulsePenetrationThreshold") for advice in world.lint())
+
+
 def test_a_world_goes_without_the_garbage_collector(cube):
     world = vps.World()
     body = world.add(cube)

@@ -203,6 +203,10 @@ TEST(Cli, MistypedNamesAreSuggested) {
   expect_refusal(folder, sample("cube") + " --voxle 5mm", 1, "there is no option --voxle; did you mean --voxel?");
   expect_refusal(folder, "check a.obj --rezolution=9", 1,
                  "there is no option --rezolution; did you mean --resolution?");
+  expect_refusal(folder, sample("cube") + " --res 10", 1, "there is no option --res; did you mean --resolution?");
+  expect_refusal(folder, sample("cube") + " --nope", 1, "there is no option --nope; run vpsbake --help");
+  expect_refusal(folder, sample("cube") + " --voxel 1,5mm", 1, "a number has a decimal point, not a comma: ',5mm'");
+  EXPECT_EQ(vpsbake(folder, "help help-files").code, 0);
   expect_refusal(folder, "info a b --nothing-like-it", 1, "no option --nothing-like-it; run vpsbake info --help");
 }
 
